@@ -128,32 +128,6 @@ def test_beyond_the_bands_there_is_another_view_too() -> None:
     assert viewpoints.find_viewpoint(doubtful, here) is None
 
 
-@pytest.mark.parametrize(
-    ("seen_from", "tried", "there"),
-    [
-        pytest.param((2.4, 2.4), [], True, id="over the table"),
-        pytest.param((2.4, 2.4), [(2.4, 2.1)], False, id="looked at from there already"),
-        pytest.param((1.0, 1.0), [], False, id="too far away"),
-        pytest.param((2.4, 2.1), [], True, id="a little too far away"),
-        pytest.param((2.0, 3.1), [], False, id="where the robot does not fit"),
-    ],
-)
-def test_what_was_detected_over_low_things_is_looked_at_from_there(
-    seen_from: tuple[float, float], tried: list[tuple[float, float]], there: bool
-) -> None:
-    """A thing at the wall behind a table, which on the map hides it from everywhere."""
-    rows = ["#" * 40, *["#" + "." * 26 + "#" * 6 + " " * 3 + "####"] * 38, "#" * 40]
-    here = one_room.context_of(search_view_of(drawn_map(*rows)), Pose2d(1.0, 1.0, 0.0))
-    seen = one_room.candidate(2.0, 3.75)
-    recent = (Sighting(seen.xyz, seen.cells, 0.9, 0.8, seen_from),)
-    seen = replace(seen, recent=recent, seen_from=(seen_from,))
-    hidden = [*tried, (3.0, 1.0)]
-    viewpoint = viewpoints.find_viewpoint(seen, here, hidden)
-    assert (viewpoint is not None) == there
-    if viewpoint is not None:
-        assert viewpoint == pytest.approx(seen_from, abs=viewpoints.BESIDE_M)
-
-
 BANDS = context.Bands(camera=CameraView(1.0, 45.0, 20.0))
 
 
@@ -172,7 +146,7 @@ BANDS = context.Bands(camera=CameraView(1.0, 45.0, 20.0))
 def test_the_height_of_an_object_decides_from_how_near_it_is_looked_at(
     height_m: float, nearest_m: float
 ) -> None:
-    first, last_resort = BANDS.at(height_m)
+    first, last_resort, _ = BANDS.at(height_m)
     assert first[0] == pytest.approx(nearest_m, abs=1e-3)
     assert last_resort[0] >= first[0]
     assert (first[1], last_resort[1]) == (1.1, 1.25)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from math import inf, isfinite, radians, tan
 
 import numpy as np
@@ -35,7 +34,6 @@ APPROACH_LAST_RESORT_M = 1.25
 # Metres from which what detector and map agree on is confirmed if the robot fits nowhere nearer, as
 # before a bathtub behind a washbasin: success (paper).
 APPROACH_LIMIT_M = 1.5
-BEYOND_M = 0.1  # width of the bands beyond the farthest: a cell of the default size
 LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
@@ -51,33 +49,22 @@ class Bands:
     farthest_m: float = 1.1
     camera: CameraView = USUAL_CAMERA
 
-    @property
-    def distances_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Nearest and farthest of each band, in the order in which they are tried."""
-        nearest_m = APPROACH_NEAREST_M
-        return (nearest_m, self.farthest_m), (nearest_m, APPROACH_LAST_RESORT_M)
-
     def at(self, height_m: float) -> tuple[tuple[float, float], ...]:
-        """The bands for a target at this height, NaN if it is not known.
+        """Nearest and farthest of each band, in the order in which they are tried, for a target
+        at this height, NaN if it is not known: as usual, the last resort, and up to the limit.
 
         Nearer than where the camera has that height in its image, it looks over the target, or
         under it: such places are left out, but for the farthest ones.
         """
-        if not isfinite(height_m):
-            return self.distances_m
-        below_m = self.camera.height_m - height_m
-        reach_deg = self.camera.down_deg if below_m > 0 else self.camera.up_deg
-        shown_m = abs(below_m) / tan(radians(reach_deg)) if reach_deg > 0 else inf
+        shown_m = 0.0
+        if isfinite(height_m):
+            below_m = self.camera.height_m - height_m
+            reach_deg = self.camera.down_deg if below_m > 0 else self.camera.up_deg
+            shown_m = abs(below_m) / tan(radians(reach_deg)) if reach_deg > 0 else inf
         return tuple(
-            (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
-            for nearest_m, farthest_m in self.distances_m
+            (max(APPROACH_NEAREST_M, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
+            for farthest_m in (self.farthest_m, APPROACH_LAST_RESORT_M, APPROACH_LIMIT_M)
         )
-
-    @property
-    def beyond_m(self) -> tuple[tuple[float, float], ...]:
-        """The bands from the farthest distance up to the limit, the nearest first."""
-        edges_m = np.arange(APPROACH_LAST_RESORT_M, APPROACH_LIMIT_M, BEYOND_M).tolist()
-        return tuple(pairwise([*edges_m, APPROACH_LIMIT_M]))
 
 
 @dataclass(frozen=True)

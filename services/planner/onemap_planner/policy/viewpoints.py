@@ -18,8 +18,6 @@ from onemap_shared.geometry import F64, I64, Bool
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
 NO_CELLS: I64 = np.zeros((0, 2), np.int64)
-# Metres beside a place from which something was detected that show it as well: 10 degrees at 1.5 m.
-BESIDE_M = 0.3
 OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
 
@@ -116,10 +114,9 @@ def find_viewpoint(
 ) -> tuple[float, float] | None:
     """The viewpoint (metres) of a candidate; None if none can be reached.
 
-    tried_xy: metres, none near these, and
-    none from which it is hidden, if there are any. Of a candidate that the map does not support,
-    only another side shows anything new. One that it supports is seen from farther away, where
-    the robot does not fit nearer, or where it was detected from.
+    tried_xy: metres, none near these, and none from which it is hidden, if there are any. Of a
+    candidate that the map does not support, only another side shows anything new. One that it
+    supports is seen from farther away where the robot does not fit nearer.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -130,65 +127,17 @@ def find_viewpoint(
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
     bands_m = context.bands.at(candidate.xyz[2])
-    viewpoint = _in_bands(target, context, bands_m, tried, apart_m=apart_m)
-    if viewpoint is None and candidate.supported:
-        # Not over whatever it was seen over: somebody may stand in that door by now.
-        beyond_m = context.bands.beyond_m
-        viewpoint = _in_bands(SightTarget(target.cells), context, beyond_m, tried, occluded=False)
-        if viewpoint is None:
-            viewpoint = _where_detected(target, context, APPROACH_LIMIT_M, tried)
-    return None if viewpoint is None else context.xy_of(viewpoint)
-
-
-def _in_bands(
-    target: SightTarget,
-    context: PlanningContext,
-    bands_m: tuple[tuple[float, float], ...],
-    tried: I64,
-    *,
-    apart_m: float = TRIED_M,
-    occluded: bool = True,
-) -> I64 | None:
-    """The viewpoint (2,) of a target in the first band that has one, else the least occluded of
-    the last band, if that counts and none was tried."""
-    around: Viewpoints | None = None
-    for band_m in bands_m:
-        around = viewpoints_around(target, context, band_m, tried=tried, apart_m=apart_m)
+    for band_m in bands_m if candidate.supported else bands_m[:-1]:
+        # Beyond, not over whatever it was seen over: somebody may stand in that door by now.
+        seen = target if band_m[1] < APPROACH_LIMIT_M else SightTarget(target.cells)
+        around = viewpoints_around(seen, context, band_m, tried=tried, apart_m=apart_m)
         viewpoint = first_visible(around)
         if viewpoint is not None:
-            return viewpoint
-    return None if around is None or len(tried) or not occluded else least_occluded(around)
-
-
-def _where_detected(
-    target: SightTarget, context: PlanningContext, limit_m: float, tried: I64
-) -> I64 | None:
-    """The reachable cell (2,) within the limit that is nearest to where the target was seen from,
-    at most ``BESIDE_M`` to each side; else None.
-
-    On a 2-D map low things hide what the camera sees over them.
-    """
-    size_m = context.costmap.grid.cell_size_m
-    reach = round(BESIDE_M / size_m)
-    around = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
-    places = (target.seen_from[:, None] + around).reshape(-1, 2)
-    places = places[context.costmap.grid.contains(places)]
-    places = places[context.reachable[places[:, 0], places[:, 1]]]
-    away_m = _nearest(places, target.cells) * size_m
-    there = (away_m <= limit_m) & (_nearest(places, tried) * size_m > TRIED_M)
-    places, away_m = places[there], away_m[there]
-    if len(places) == 0:
+            return context.xy_of(viewpoint)
+    if len(tried):
         return None
-    off = _nearest(places, target.seen_from)
-    nearest: I64 = places[np.lexsort((away_m, off))[0]]
-    return nearest
-
-
-def _nearest(cells: I64, others: I64) -> F64:
-    """Cells (N,) from each of the cells (N, 2) to the nearest of the others (M, 2)."""
-    away = np.hypot(*(cells[:, None] - others[None]).transpose(2, 0, 1))
-    nearest: F64 = away.min(axis=1, initial=np.inf)
-    return nearest
+    viewpoint = least_occluded(viewpoints_around(target, context, bands_m[-2]))
+    return None if viewpoint is None else context.xy_of(viewpoint)
 
 
 def surface_distance_m(candidate: ObjectCandidate, context: PlanningContext) -> float:
