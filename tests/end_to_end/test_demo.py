@@ -107,7 +107,6 @@ def test_two_robots_search_on_one_map_and_all_ends_with_a_summary(tmp_path: Path
         summary = summary_of(process)
     assert [robot["name"] for robot in summary["robots"]] == list(ROBOTS)
     assert all(robot["contacts"] is not None for robot in summary["robots"])
-    assert summary["closest_m"] > 1.0  # they start in different rooms
     assert summary["map_rate_hz"] is not None
     assert Path(summary["picture"]).is_file()
     assert processes_of(tmp_path) == []

@@ -9,7 +9,6 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -25,7 +24,7 @@ from onemap_shared import messages as m
 from onemap_shared.geometry import pose_2d
 from onemap_tools.demo import run as module
 from onemap_tools.demo import start
-from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch, separation_m
+from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch
 from onemap_tools.demo.setup import DemoRobot, DemoSetup
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, CliError
@@ -310,7 +309,3 @@ def test_what_the_bus_says_of_a_robot_is_kept() -> None:
         odometry.put(m.Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
     search.update(61.0)
     assert search.position_m == (0.2, 0.0)
-    other = FakeRobot().search("r2")
-    assert separation_m([search, other]) == inf
-    other.position_m = (3.2, 4.0)
-    assert separation_m([search, other]) == 5.0

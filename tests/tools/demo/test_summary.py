@@ -117,7 +117,6 @@ def test_the_document_of_a_robot_names_what_it_found() -> None:
     }
     assert document["contacts"] == 5
     assert document_of(two(contacts=None))["contacts"] is None
-    assert document["closest_m"] is None  # nobody knows where they are
     assert document_of(summary(ITEM))["robots"] == []
 
 
@@ -149,7 +148,6 @@ def test_a_row_per_object_fits_eighty_columns_and_failures_have_their_reason() -
     assert f"{totals}, 5.0 map" in flat(text)
     assert "It ended." in text
     assert "Map, path and finds: map.png" in text
-    assert "Closest" not in text
 
 
 VOCABULARY = load_vocabulary(SHIPPED)

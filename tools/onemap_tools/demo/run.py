@@ -9,8 +9,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from itertools import combinations
-from math import dist, inf, isnan, nan
+from math import isnan, nan
 from typing import Any, TypeVar
 from urllib.request import ProxyHandler, build_opener
 
@@ -207,12 +206,6 @@ def _waiting(subscription: Subscription[M]) -> Iterator[M]:
         yield message
 
 
-def separation_m(searches: Sequence[RobotSearch]) -> float:
-    """Metres between the middles of the two robots that are nearest to each other, or infinity."""
-    known = [place for search in searches if (place := search.position_m) is not None]
-    return min((dist(one, other) for one, other in combinations(known, 2)), default=inf)
-
-
 @dataclass(frozen=True, slots=True)
 class DemoTargets:
     """The objects to search for, in order, and the scene's category for each of them."""
@@ -340,7 +333,7 @@ class DemoRun:
         began_s = time.monotonic()
         for search in self.searches:
             search.restart(began_s)
-        failure, closest_m, first_metre_s = "", inf, nan
+        failure, first_metre_s = "", nan
         while self._deal(rounds):
             for search in self.searches:
                 if search.active:
@@ -353,7 +346,6 @@ class DemoRun:
             self.pause()
             for search in self.searches:
                 search.update(time.monotonic())
-            closest_m = min(closest_m, separation_m(self.searches))
             if isnan(first_metre_s) and any(each.path_length_m >= 1.0 for each in self.searches):
                 first_metre_s = time.monotonic() - self.began_s
         now_s = time.monotonic()
@@ -364,7 +356,6 @@ class DemoRun:
             search_s=now_s - began_s,
             map_rate_hz=self.searches[0].map_rate_hz,
             failure=failure or "; ".join(each.failure for each in self.searches if each.failure),
-            closest_m=closest_m,
             first_metre_s=first_metre_s,
         )
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -170,9 +170,8 @@ class DemoSummary:
     """The result of a demo run.
 
     ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
-    if it did not; "trouble" in the JSON document. ``closest_m``: between the middles of two
-    robots, infinity without. ``duration_s`` and ``first_metre_s``, NaN if none was driven, count
-    from the command.
+    if it did not; "trouble" in the JSON document. ``duration_s`` and ``first_metre_s``, NaN if
+    none was driven, count from the command.
     """
 
     wanted: tuple[str, ...]
@@ -181,7 +180,6 @@ class DemoSummary:
     search_s: float
     map_rate_hz: float
     failure: str = ""
-    closest_m: float = inf
     first_metre_s: float = nan
 
     @property
@@ -245,7 +243,6 @@ class DemoSummary:
             "contacts": sum(contacts) if len(contacts) == len(self.robots) else None,
             "trouble": self.failure,
             "robots": [robot.document() for robot in self.several],
-            "closest_m": json_value(self.closest_m),
         }
 
 
@@ -300,11 +297,6 @@ def describe(summary: DemoSummary, picture: str | None, console: Console) -> Non
         f"({summary.duration_s:.0f} s with starting up{first}), {_verdict(summary)}, "
         f"{summary.map_rate_hz:.1f} map updates/s"
     )
-    if summary.several:
-        console.print(
-            f"Closest to each other: {metres(summary.closest_m)}, middle to middle. They neither "
-            "see nor touch one another: each is simulated on its own."
-        )
     if picture:
         console.print(f"Map, path and finds: {picture}", soft_wrap=True)
 
