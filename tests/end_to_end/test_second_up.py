@@ -22,7 +22,6 @@ from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import accepts_connections, any_free_port
-from onemap_tools.processes.up import claim
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -70,7 +69,6 @@ def session(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
     [
         ("mapper", "m1"),
         ("robot", "my-robot"),  # examples/my_robot.py
-        pytest.param("up", claim(("router", "replay", "perception")), id="up"),  # none has started
     ],
 )
 def test_nothing_is_started_beside_the_same_service(
@@ -80,8 +78,7 @@ def test_nothing_is_started_beside_the_same_service(
     with session(router.endpoint, service, instance):
         result = up(config, tmp_path / "logs")
     assert result.exit_code == EXIT_FAILED
-    names = {"up": "perception, replay"}.get(service, service)
-    assert f"already running at the router {router.endpoint}: {names}." in result.stderr
+    assert f"already running at the router {router.endpoint}: {service}." in result.stderr
     assert "--only" in result.stderr
     assert "Traceback" not in result.stderr
     assert started(tmp_path / "logs") == []
@@ -104,8 +101,6 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         assert ": gateway. Stop" in second.stderr
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
-        with session(endpoint, "monitor", "w") as bus:
-            assert "up" in {service for service, _ in bus.processes()}
     finally:
         first.send_signal(signal.SIGINT)
         _, stderr = first.communicate(timeout=PATIENCE_S)
@@ -121,18 +116,6 @@ def status_of(port: int) -> dict | None:
     except httpx.TransportError:
         return None
     return document
-
-
-def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path) -> None:
-    """After SIGKILL of a launcher the next one can start at once."""
-    config = configuration(tmp_path, router.endpoint)
-    command = onemap_command("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
-    launcher = subprocess.Popen((*command, "--only", "gateway"))
-    with session(router.endpoint, "monitor", "w") as bus:
-        eventually(lambda: "up" in dict(bus.processes()) or None)
-        launcher.kill()
-        launcher.wait()
-        eventually(lambda: {"up", "gateway"}.isdisjoint(dict(bus.processes())) or None)
 
 
 def test_a_taken_port_is_reported_before_anything_starts(tmp_path: Path) -> None:

@@ -22,7 +22,6 @@ from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.up import (
     choose,
-    claim,
     conflicts,
     page_url,
     report_mapper,
@@ -40,20 +39,11 @@ def said(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_a_service_that_runs_or_is_claimed_conflicts() -> None:
-    own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
-    processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
-    assert conflicts(processes, own) == []
-    assert conflicts({*processes, ("mapper", "m1")}, own) == ["mapper"]
-    assert conflicts({*processes, ("up", other)}, own) == ["mapper"]  # before its mapper is there
-    assert conflicts({*processes, ("up", claim(("router", "simulator")))}, own) == []
-    assert claim(("mapper",)) != claim(("mapper",))
-
-
 @pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
-def test_a_map_follows_one_robot(robot: str) -> None:
-    assert conflicts({(robot, "x")}, claim(("replay", "mapper"))) == [robot]
-    assert conflicts({(robot, "x")}, claim(("mapper",))) == []
+def test_a_service_that_runs_conflicts_and_a_map_follows_one_robot(robot: str) -> None:
+    assert conflicts(("up", "doctor", "planner", "mapper"), ("mapper", "gateway")) == ["mapper"]
+    assert conflicts((robot,), ("replay", "mapper")) == [robot]
+    assert conflicts((robot,), ("mapper",)) == []
 
 
 def test_the_robot_is_the_one_that_the_file_describes() -> None:

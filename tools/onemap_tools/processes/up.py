@@ -28,7 +28,6 @@ from onemap_tools.processes.services import CORE, check_robot
 from onemap_tools.processes.session import connect
 
 LAUNCHER = "up"  # name of a launcher on the bus
-SEPARATOR = "."  # of the services in a launcher's claim
 STARTABLE = ("router", *ROBOTS, *CORE)
 WATCH_S = 0.2
 TWO_ROBOTS = (
@@ -93,7 +92,7 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         if "router" in names:  # without a router no launcher can conflict
             check_port(names, sections)
             processes.start("router")
-        with claimed(bus_config, names, processes, stop, console) as bus:
+        with joined(bus_config, names, processes, stop, console) as bus:
             if bus is None:
                 return
             check_port(names, sections)
@@ -112,21 +111,20 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
 
 
 @contextmanager
-def claimed(
+def joined(
     config: BusConfig,
     names: Collection[str],
     processes: Processes,
     stop: threading.Event,
     console: Console,
 ) -> Iterator[Bus | None]:
-    """Wait for the router, then claim these services until they are stopped.
+    """Wait for the router, and see that none of these services runs there.
 
-    Yields the session, None if ``stop`` was set before. CliError if one of them is claimed: the
-    second launcher is refused; of two that start at the same instant, both may be.
+    Yields the session, None if ``stop`` was set before. CliError if one runs: what another launcher
+    starts at the same instant ends by itself, see ``runner``.
     """
-    own = claim(names)
     waits = False
-    while (bus := connect(config, LAUNCHER, own, CONNECT_S)) is None:
+    while (bus := connect(config, LAUNCHER, uuid.uuid4().hex[:12], CONNECT_S)) is None:
         if not waits and "router" not in names:
             console.print(f"Waiting for a router at {', '.join(config.connect)} ...")
         waits = True
@@ -135,7 +133,7 @@ def claimed(
             yield None
             return
     try:
-        if running := conflicts(bus.processes(), own):
+        if running := conflicts((service for service, _ in bus.processes()), names):
             where = ", ".join(config.connect)
             namespace = f", namespace {config.namespace}" if config.namespace else ""
             raise CliError(
@@ -146,33 +144,15 @@ def claimed(
             )
         yield bus
     finally:
-        processes.stop()  # before the claim is given up
+        processes.stop()
         bus.close()
 
 
-def claim(names: Collection[str]) -> str:
-    """The instance name under which a launcher of these services connects to the bus.
-
-    It is there before the first of them starts; their own names appear seconds later.
-    """
-    return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
-
-
-def conflicts(processes: Iterable[tuple[str, str]], own: str) -> list[str]:
-    """Services on the bus that the launcher with the claim ``own`` would start again, sorted.
-
-    ``processes``: service and instance of every process on the bus. Any two robots conflict,
-    because a map follows one robot; those of other launchers and of drivers count.
-    """
-    wanted = set(own.split(SEPARATOR)[1:])
-    running: set[str] = set()
-    for service, instance in processes:
-        if service != LAUNCHER:
-            running.add(service)
-        elif instance != own:
-            running.update(instance.split(SEPARATOR)[1:])
+def conflicts(running: Iterable[str], names: Collection[str]) -> list[str]:
+    """Services that run and would be started again, sorted; any two robots are one too many."""
+    wanted = set(names)
     robots = {*ROBOTS, DRIVER} if wanted.intersection(ROBOTS) else set()
-    return sorted(running & (wanted | robots))
+    return sorted(set(running) & (wanted | robots))
 
 
 def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
