@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from onemap_perception.errors import BackendError, first_line
-from onemap_shared.atomic_file import replacing
+from onemap_shared.atomic_file import remove, replacing
 
 INSTALL = "pip install -e '.[openclip]'"
 WEIGHTS = ".safetensors"
@@ -252,5 +252,5 @@ def damaged_files(listing: HubListing) -> list[str]:
 def discard(folder: Path, names: list[str]) -> None:
     """Remove files of a folder in the cache with their content, so that they are fetched again."""
     for name in names:
-        (folder / name).resolve().unlink(missing_ok=True)
-        (folder / name).unlink(missing_ok=True)
+        remove((folder / name).resolve())
+        remove(folder / name)

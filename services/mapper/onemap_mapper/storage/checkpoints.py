@@ -17,7 +17,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import MapParams
 from onemap_mapper.storage.map_file import SUFFIX, LiveMap, read
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore
-from onemap_shared.atomic_file import sweep_leftovers
+from onemap_shared.atomic_file import remove, sweep_leftovers
 from onemap_shared.clock import Clock, Future
 from onemap_shared.messages import Place
 
@@ -40,7 +40,7 @@ def write_next(folder: Path, to_file: Callable[[Path], object]) -> Path:
     path = folder / FOLDER / f"{_number(known[0]) + 1 if known else 1:08d}{SUFFIX}"
     to_file(path)
     for old in known[KEPT - 1 :]:
-        old.unlink(missing_ok=True)
+        remove(old)
     return path
 
 
@@ -58,7 +58,7 @@ def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
 def remove_all(folder: Path) -> None:
     """Remove the checkpoints, because the map was replaced. Raises OSError."""
     for path in all_of(folder):
-        path.unlink(missing_ok=True)
+        remove(path)
 
 
 def all_of(folder: Path) -> list[Path]:

@@ -13,7 +13,7 @@ from itertools import count
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from onemap_shared.atomic_file import replacing
+from onemap_shared.atomic_file import move, remove, replacing
 from onemap_shared.clock import Clock
 from onemap_shared.transport import RequestRejected
 
@@ -133,7 +133,8 @@ class Kept(Generic[M]):
         """Rename the file to a name that is free; raises OSError."""
         names = (f"{self._path.name}.unreadable{number or ''}" for number in count())
         aside = next(p for name in names if not (p := self._path.with_name(name)).exists())
-        return self._path.rename(aside)
+        move(self._path, aside)
+        return aside
 
     def _write(self, value: M) -> None:
         try:
@@ -143,7 +144,7 @@ class Kept(Generic[M]):
                 with replacing(self._path) as file:
                     file.write(sealed(data))
             else:
-                self._path.unlink(missing_ok=True)
+                remove(self._path)
             self.problem = self.unreadable = ""
         except OSError as problem:
             self.unreadable = ""

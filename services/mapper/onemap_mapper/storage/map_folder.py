@@ -24,6 +24,7 @@ from onemap_mapper.storage.snapshot import (
     merge_into,
 )
 from onemap_shared import keys
+from onemap_shared.atomic_file import remove
 from onemap_shared.messages import (
     MAX_FILE_TEXT_CHARS,
     MAX_LISTED_MAPS,
@@ -152,7 +153,7 @@ class SavedMaps:
         with refusing(f"delete map {request.name}"):
             path = self._existing(request.name)
             deleted = describe(path)
-            path.unlink()
+            remove(path)
         LOG.info("deleted map %s", request.name)
         return deleted
 

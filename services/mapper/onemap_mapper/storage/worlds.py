@@ -17,7 +17,7 @@ from pathlib import Path
 from onemap_mapper.places import keeper
 from onemap_mapper.storage import objects
 from onemap_mapper.storage.checkpoints import all_of
-from onemap_shared.atomic_file import replacing
+from onemap_shared.atomic_file import make_folder, move, replacing
 
 WORLD_FILE = "world.txt"
 ASIDE = "other_worlds"  # inside the map folder
@@ -120,12 +120,12 @@ def set_aside(folder: Path) -> Path | None:
     if not kept:
         return None
     aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
-    aside.mkdir(parents=True)
+    make_folder(aside)
     try:
         for path in kept:
-            path.rename(aside / path.name)
+            move(path, aside / path.name)
         if (world := folder / WORLD_FILE).exists():  # last: it says whose the others are
-            world.rename(aside / WORLD_FILE)
+            move(world, aside / WORLD_FILE)
     except OSError:
         with suppress(OSError):  # what was moved stays there
             aside.rmdir()

@@ -20,6 +20,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from onemap_planner.sentences import PLANNER_ENDED, interrupted
+from onemap_shared.atomic_file import appending, remove
 from onemap_shared.geometry import F32
 from onemap_shared.messages import (
     ObjectResult,
@@ -80,16 +81,14 @@ def record(
     """
     path = folder / FOLDER / file_name(status)
     if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
         _remove_oldest(path.parent, MAX_FILES - 1)
-    with path.open("a+b", buffering=0) as file:
+    with appending(path) as file:
         file.truncate(_complete_bytes(file))
         full = file.seek(0, os.SEEK_END) > MAX_FILE_BYTES
         if full and status.active and not always:
             return
         document = step_document(status, robot_xy, places)
         file.write(json.dumps(document, allow_nan=False).encode() + b"\n")
-        os.fsync(file.fileno())
 
 
 def file_name(status: SearchStatus) -> str:
@@ -255,4 +254,4 @@ def _complete_bytes(file: IO[bytes]) -> int:
 def _remove_oldest(folder: Path, keep: int) -> None:
     names = sorted(folder.glob("*.jsonl"))
     for path in names[: max(len(names) - keep, 0)]:
-        path.unlink(missing_ok=True)
+        remove(path)
