@@ -6,7 +6,7 @@ functions of ``runner`` as in an operating system, and end when they are killed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -38,6 +38,7 @@ from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
 from onemap_simulator.service import SimulatorWorker
 from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
+from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
 from onemap_tools.virtual.primitives import VirtualClock
 from onemap_tools.virtual.scheduler import Process, VirtualWorld
@@ -60,7 +61,8 @@ class VirtualService:
 class Equipment:
     """What the services of one robot work with; processes that are started anew share it.
 
-    folder: of the mapper's files and the planner's records. renderer: None for the usual one.
+    folder: of the mapper's files and the planner's records, where their computers have no virtual
+    ``disks``, by service. renderer: None for the usual one.
     """
 
     config: SystemConfig
@@ -68,6 +70,7 @@ class Equipment:
     perception: PerceptionPipeline
     folder: Path
     renderer: SceneRenderer | None = None
+    disks: Mapping[str, VirtualDisk] = field(default_factory=dict)
 
     def parts(self, service: str) -> ServiceParts[Any]:
         """The model of a service's configuration, and what builds its worker."""
@@ -91,10 +94,14 @@ class Equipment:
             )  # a simulated one embeds no images, which nobody asks for
             return Perception(bus, PerceptionComponents(encoder, pipeline.detector, variance))
         if service == "mapper":
-            mapper = config.mapper.model_copy(update={"map_folder": self.folder / "maps"})
+            folder = self._root(service) / "maps"
+            mapper = config.mapper.model_copy(update={"map_folder": folder})
             return Mapper(buses_of(bus, mapper.robots), mapper)
-        planner = config.planner.model_copy(update={"state_dir": self.folder / "planner"})
+        planner = config.planner.model_copy(update={"state_dir": self._root(service) / "planner"})
         return Planner(bus, planner)
+
+    def _root(self, service: str) -> Path:
+        return self.disks[service].root if service in self.disks else self.folder
 
 
 class VirtualSystem:
