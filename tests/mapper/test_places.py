@@ -269,7 +269,7 @@ def test_places_of_another_world_are_set_aside(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(replace(scenes.field(0, scenes.pose()), world="home"))
     rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
-    rig.feed(replace(scenes.field(1, scenes.pose()), world="office"))
+    rig.feed(*(replace(scenes.field(k, scenes.pose()), world="office") for k in range(1, 4)))
     assert rig.client.call(keys.MAP_PLACES, LIST).places == ()
     aside = tmp_path / "other_worlds" / "1" / FORM.file_name
     assert from_bytes(unsealed(aside.read_bytes())).places == (ZONE,)

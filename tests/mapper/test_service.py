@@ -377,11 +377,14 @@ def test_a_resumed_map_of_another_encoder_is_dropped(rig: Rig, tmp_path: Path) -
     rig.feed(sofa_ahead(0))
     rig.mapper.close()
     again = restarted(tmp_path / "maps")
-    again.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
+    others = [scenes.field(k, scenes.pose(), encoder_id="encoder-b") for k in range(1, 4)]
+    again.feed(*others[:2])
+    assert again.metric("frames_fused") == 1  # a damaged header drops no map
+    again.feed(others[2])
     revision = again.newest()
     assert (revision.encoder_id, revision.frames_fused) == ("encoder-b", 1)
     assert "it is dropped, and a new one begins" in again.mapper.health().problem
-    again.feed(sofa_ahead(2))  # once frames were fused, encoders are never mixed
+    again.feed(sofa_ahead(4))  # once frames were fused, encoders are never mixed
     assert "encoder-b" in again.mapper.health().problem
 
 
@@ -398,14 +401,13 @@ def test_what_is_of_another_world_is_set_aside(
     if mapper != "runs":
         rig.mapper.close()
         again = restarted(folder, resume=mapper == "resumes")
-    again.feed(replace(sofa_ahead(2), world=now))
-    again.feed(replace(sofa_ahead(3), world=now))  # the first one may have been dropped
+    again.feed(*(replace(sofa_ahead(k), world=now) for k in range(2, 7)))
     same = before == now and mapper != "begins anew"
     aside = folder / "other_worlds" / "1"
     if same:
-        assert again.metric("frames_fused") == 4
+        assert again.metric("frames_fused") == 7
     else:
-        assert again.metric("frames_fused") <= 2
+        assert again.metric("frames_fused") <= 5
     found = again.client.call(keys.MAP_OBJECTS, m.ObjectListRequest()).objects
     assert len(found) == same
     named = again.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
@@ -468,12 +470,12 @@ def test_frames_wait_until_what_is_of_another_world_is_set_aside(rig: Rig, tmp_p
     rig.feed(replace(sofa_ahead(0), world="flat"))
     rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
     (tmp_path / "maps" / "other_worlds").write_text("in the way")
-    rig.feed(replace(sofa_ahead(1), world="office"))
+    rig.feed(*(replace(sofa_ahead(k), world="office") for k in range(1, 4)))
     assert "cannot keep apart" in rig.mapper.health().problem
     assert not rig.mapper.health().ready
     assert ZONE in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
     (tmp_path / "maps" / "other_worlds").unlink()
-    rig.feed(*(replace(sofa_ahead(k), world="office") for k in (2, 3)))
+    rig.feed(*(replace(sofa_ahead(k), world="office") for k in (4, 5)))
     assert ZONE not in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
 
 
@@ -498,6 +500,25 @@ def test_a_loaded_map_is_of_the_world_of_the_next_frame(rig: Rig, tmp_path: Path
     again.client.call(keys.MAP_LOAD, m.MapFile("a"))
     again.feed(replace(sofa_ahead(1), world="office"))
     assert again.metric("frames_fused") == 2
+    assert not (tmp_path / "other" / "other_worlds").exists()
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_a_damaged_header_never_changes_the_world(rig: Rig, tmp_path: Path, loaded: bool) -> None:
+    """Zones and map stay, and the frames after it are fused."""
+    folder = tmp_path / "maps"
+    rig.feed(replace(sofa_ahead(0), world="flat"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
+    if loaded:
+        rig.client.call(keys.MAP_SAVE, m.MapFile("a"))
+        rig.client.call(keys.MAP_LOAD, m.MapFile("a"))
+    names = ("fl@t", "flat", "flat", "flat", "vlat", "fl!t", "flat")
+    rig.feed(*(replace(sofa_ahead(k + 1), world=name) for k, name in enumerate(names)))
+    assert ZONE in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
+    assert not (folder / "other_worlds").exists()
+    assert rig.metric("frames_fused") >= 3
+    assert rig.mapper.health().problem == ""
+    assert (folder / "world.txt").read_text() == "/flat"
 
 
 def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:

@@ -36,7 +36,13 @@ from onemap_mapper.storage.map_file import LiveMap
 from onemap_mapper.storage.map_folder import SavedMaps, check_quota, refusing
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectKeeper, ObjectMemory
 from onemap_mapper.storage.snapshot import restore
-from onemap_mapper.storage.worlds import FolderWorld, WorldChange, set_aside
+from onemap_mapper.storage.worlds import (
+    CONFIRMING_FRAMES,
+    Claim,
+    FolderWorld,
+    WorldChange,
+    set_aside,
+)
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
 from onemap_shared.grid import GridTooLarge
@@ -77,6 +83,7 @@ class Mapper:
         self._scoring = self._clock.pool(1, "scoring")
         sweep(config.map_folder)
         self._world = FolderWorld(config.map_folder, config.resume)
+        self._encoder = Claim()  # of another one than the resumed map's
         kept, places = (None, ()) if self._world.waits else resumed(config.map_folder, config.map)
         robots = len(buses)
         belief = kept or BeliefMap(config.map)
@@ -308,6 +315,11 @@ class Mapper:
                 f"robot {robot.bus.namespace} is in world {field.world!r}, but others of its map "
                 f"are in {', '.join(map(repr, others))}"
             )
+        if change is WorldChange.CLAIMED:
+            raise FieldRejected(
+                f"it names world {field.world!r}, another one than the frames before: "
+                f"{CONFIRMING_FRAMES} in a row have to"
+            )
         try:
             if change is WorldChange.OTHER:
                 self._leave(belief, self._world.why_left(here))
@@ -377,12 +389,16 @@ class Mapper:
             return summary_of(belief)
 
     def _without_resumed_of_another(self, belief: BeliefMap, encoder_id: str) -> BeliefMap:
-        """An empty map if the resumed one is of another encoder: perception was changed."""
+        """An empty map if the resumed one is of another encoder: perception was changed.
+
+        Until enough frames say so the map stays, and refuses them.
+        """
         with self._lock:
             if (
                 not self._session.resumed
                 or self._map is not belief
                 or encoder_id == belief.encoder_id
+                or not self._encoder.confirmed(encoder_id)
             ):
                 return belief
             self._notify(

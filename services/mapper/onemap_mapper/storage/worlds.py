@@ -23,6 +23,9 @@ WORLD_FILE = "world.txt"
 ASIDE = "other_worlds"  # inside the map folder
 MAX_WORLD_CHARS = 400
 UNREADABLE = "a world that cannot be read"  # that no frame is of
+# Frames in a row that say the same new thing of themselves, before anything is set aside or dropped
+# for it: under 1 s at 4 Hz. One whose header is damaged says something else than the next.
+CONFIRMING_FRAMES = 3
 ODOMETRY = re.compile(
     r".*/frame (.*/)?odom\w*"
 )  # as the ROS 2 adapter names a frame like odom, REP 105
@@ -47,11 +50,29 @@ class World:
 
 class WorldChange(Enum):
     """What a frame's world is to the folder: that of its content, perhaps of one that waits for
-    it, or another one."""
+    it, or another one, which some frames have to name in a row."""
 
     SAME = "same"
+    CLAIMED = "claimed"
     GOES_ON = "goes on"
     OTHER = "other"
+
+
+class Claim:
+    """What frames say of themselves that differs from before, and how many in a row."""
+
+    def __init__(self) -> None:
+        self._said, self._count = "", 0
+
+    def confirmed(self, said: str) -> bool:
+        """Whether enough frames in a row say this, with the present one."""
+        self._count = self._count + 1 if said == self._said else 1
+        self._said = said
+        return self._count >= CONFIRMING_FRAMES
+
+    def withdraw(self) -> None:
+        """A frame says what those before did."""
+        self._count = 0
 
 
 class FolderWorld:
@@ -64,6 +85,7 @@ class FolderWorld:
     def __init__(self, folder: Path, resume: bool | None) -> None:
         self._folder, self._resume = folder, resume
         self._here = _read(folder)
+        self._claim, self._before = Claim(), ""  # before: name of what a loaded map has replaced
         self.waits = self._goes_with_driver(self._here)
 
     def change(self, name: str, driver: str) -> tuple[World, WorldChange]:
@@ -72,7 +94,11 @@ class FolderWorld:
         here = World(name, driver or was.driver)
         new_driver = driver != was.driver if driver and was.driver else self.waits
         if here == was and not self.waits:
+            self._claim.withdraw()
             return here, WorldChange.SAME
+        known = was.name or self._before
+        if known not in ("", name) and not self._claim.confirmed(name):
+            return here, WorldChange.CLAIMED
         if was.name not in ("", name) or (new_driver and self._goes_with_driver(here)):
             return here, WorldChange.OTHER
         return here, WorldChange.GOES_ON
@@ -84,7 +110,8 @@ class FolderWorld:
         self._here, self.waits = here, False
 
     def adopt(self) -> None:
-        """What the folder holds is of whatever world the next frame is."""
+        """What the folder holds is of whatever world the next frames are."""
+        self._before = self._here.name or self._before
         self._here, self.waits = World(), False
 
     def why_left(self, here: World) -> str:
