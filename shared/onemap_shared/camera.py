@@ -56,10 +56,6 @@ class Intrinsics:
             self.fx * scale_x, self.fy * scale_y, self.cx * scale_x, self.cy * scale_y
         )
 
-    def matrix(self) -> F64:
-        """K (3, 3) as OpenCV and ROS have it: with pixel centres at integers."""
-        return np.array([[self.fx, 0, self.cx - 0.5], [0, self.fy, self.cy - 0.5], [0, 0, 1.0]])
-
     def x_at(self, u: X) -> X:
         """x at depth 1 of pixel columns ``u`` (0-based indices); the dtype follows ``u``."""
         return (u + (0.5 - self.cx)) / self.fx  # type: ignore[operator, return-value]
@@ -111,41 +107,16 @@ def ray_directions(intrinsics: Intrinsics, width: int, height: int) -> F32:
     return directions
 
 
-def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
-    """Camera-frame points (H, W, 3) float32, metres, of z-depth (H, W); depth 0 is the origin."""
-    height, width = depth_m.shape
-    points = np.empty((height, width, 3), np.float32)
-    points[..., 0] = depth_m * intrinsics.x_at(np.arange(width, dtype=np.float32))
-    points[..., 1] = depth_m * intrinsics.y_at(np.arange(height, dtype=np.float32))[:, None]
-    points[..., 2] = depth_m
-    return points
-
-
-def project(points: F32, intrinsics: Intrinsics) -> F32:
-    """0-based pixel columns and rows (..., 2) float32 of camera-frame points (..., 3), z > 0.
-
-    The inverse of ``unproject``: a pixel's own centre has whole numbers.
-    """
-    pixels = np.empty((*points.shape[:-1], 2), np.float32)
-    z = points[..., 2]
-    pixels[..., 0] = points[..., 0] / z * intrinsics.fx + (intrinsics.cx - 0.5)
-    pixels[..., 1] = points[..., 1] / z * intrinsics.fy + (intrinsics.cy - 0.5)
-    return pixels
-
-
-def unproject_to_map(
-    depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64, *, stride: int = 1
-) -> F32:
+def unproject_to_map(depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
     """Map-frame points (H, W, 3) float32, metres, of z-depth (H, W) float32.
 
-    ``transform(T_map_camera, unproject(depth_m, intrinsics))``, but faster: the result is a view of
-    three planes, one per coordinate. Where the depth is 0, the point is the camera's position.
-    stride: depth_m holds only every so many rows and columns of the camera's image.
+    A view of three planes, one per coordinate. Where the depth is 0, the point is the camera's
+    position.
     """
     height, width = depth_m.shape
     R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
-    u = np.arange(width, dtype=np.float32) * np.float32(stride)
-    v = np.arange(height, dtype=np.float32)[:, None] * np.float32(stride)
+    u = np.arange(width, dtype=np.float32)
+    v = np.arange(height, dtype=np.float32)[:, None]
     # Multiply before dividing: walls that lie on a cell border fall on the released code's side.
     x = (u + (0.5 - intrinsics.cx)) * depth_m / intrinsics.fx
     y = (v + (0.5 - intrinsics.cy)) * depth_m / intrinsics.fy

@@ -17,10 +17,11 @@ from onemap_mapper.frame.camera_check import (
 )
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.robots import SILENT_AFTER_S, MapperTelemetry
-from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64
 from onemap_shared.transport import Counters
 from tests.mapper import scenes
+from tests.reference.mapping import unproject
 
 SIZE = (240, 320)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.radians(79.0))

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from onemap_mapper.frame.cloud import PointCloud
 from onemap_mapper.frame.projection import CellWeights, project
 from onemap_mapper.params import MapParams
-from onemap_shared.camera import Intrinsics, unproject, unproject_to_map
+from onemap_shared.camera import Intrinsics, unproject_to_map
 from onemap_shared.geometry import F32, F64, Bool, transform
 from tests.mapper import scenes
 from tests.reference import mapping as slow
+from tests.reference.mapping import unproject
 
 EVERYTHING = MapParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
 SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)

@@ -122,3 +122,13 @@ def fading_mean(observations: F64, confidence: float, max_prior: float) -> F64:
         means[k] = (prior * before + confidence * new) / (prior + confidence)
         known += confidence
     return means
+
+
+def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
+    """Camera-frame points (H, W, 3) float32, metres, of z-depth (H, W); depth 0 is the origin."""
+    height, width = depth_m.shape
+    points = np.empty((height, width, 3), np.float32)
+    points[..., 0] = depth_m * intrinsics.x_at(np.arange(width, dtype=np.float32))
+    points[..., 1] = depth_m * intrinsics.y_at(np.arange(height, dtype=np.float32))[:, None]
+    points[..., 2] = depth_m
+    return points

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_shared import geometry
-from onemap_shared.camera import Intrinsics, unproject, unproject_to_map
+from onemap_shared.camera import Intrinsics, unproject_to_map
 from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
 from onemap_shared.rates import WINDOW_S, RateMeter
 from onemap_shared.trail import extended
+from tests.reference.mapping import unproject
 
 angles = st.floats(-20, 20)
 coordinates = st.floats(-100, 100)

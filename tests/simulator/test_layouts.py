@@ -25,11 +25,11 @@ from onemap_simulator.replay.recording import (
     RecordedFrame,
     Recording,
     RecordingError,
-    write_recording,
 )
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.bench.frames import map_of, rendered_frames
 from onemap_tools.bench.scene import recorded_frames
+from tests.simulator.recordings import write_recording
 from tests.tools.bench.furnished import write_room
 
 LENS = Intrinsics(320.0, 310.0, 318.0, 241.0)
@@ -99,10 +99,15 @@ def write_scannet(folder: Path, frames: Sequence[RecordedFrame]) -> Path:
         (folder / kind).write_bytes((folder / kind.replace("8", "9")).read_bytes())
     np.savetxt(folder / "pose/8.txt", np.full((4, 4), -np.inf))
     K = np.eye(4)
-    K[:3, :3] = LENS.matrix()
+    K[:3, :3] = matrix(LENS)
     np.savetxt(folder / "intrinsic/intrinsic_depth.txt", K, fmt="%f")
     camera_file(folder)
     return folder
+
+
+def matrix(lens: Intrinsics) -> np.ndarray:
+    """K (3, 3) with pixel centres at integers."""
+    return np.array([[lens.fx, 0, lens.cx - 0.5], [0, lens.fy, lens.cy - 0.5], [0, 0, 1]])
 
 
 def map_digest(folder: Path) -> str:
@@ -156,7 +161,7 @@ def test_larger_colour_images_and_their_intrinsics_are_scaled(
         cv2.imwrite(str(path), np.repeat(np.repeat(image, 2, axis=0), 2, axis=1))
     (folder / "intrinsic/intrinsic_depth.txt").unlink()
     K = np.eye(4)
-    K[:3, :3] = LENS.scaled(2, 2).matrix()
+    K[:3, :3] = matrix(LENS.scaled(2, 2))
     np.savetxt(folder / "intrinsic/intrinsic_color.txt", K)
     recording = read_recording(folder)
     assert recording.intrinsics == LENS

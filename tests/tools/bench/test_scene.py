@@ -19,7 +19,7 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import SimilarityReply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.replay.recording import RecordedFrame, write_recording
+from onemap_simulator.replay.recording import RecordedFrame
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.bench import scene as bench_scene
 from onemap_tools.bench.frames import rendered_frames
@@ -36,6 +36,7 @@ from onemap_tools.bench.scene import (
 )
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
+from tests.simulator.recordings import write_recording
 from tests.structure import ROOT
 from tests.tools.bench.furnished import write_room
 from tests.tools.recording.bags import TOPICS, RecordedRobot, bag, drive

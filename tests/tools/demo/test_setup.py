@@ -24,7 +24,7 @@ from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
-from onemap_simulator.replay.recording import RecordedFrame, write_recording
+from onemap_simulator.replay.recording import RecordedFrame
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.demo.setup import (
@@ -48,6 +48,7 @@ from onemap_tools.demo.summary import names_of_classes
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK
 from onemap_tools.processes.services import CORE
+from tests.simulator.recordings import write_recording
 from tests.simulator.test_inspection import room
 from tests.structure import ROOT
 
