@@ -88,6 +88,7 @@ def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
 
 
 HEIGHT_M = (0.3, 0.7)
+WHERE = "in the den"
 
 
 class Kept:
@@ -98,7 +99,12 @@ class Kept:
         bus = router.bus("mapper")
         self.announced: list[int] = []
         self.keeper = objects.ObjectKeeper(
-            bus, [bus], folder, self._announce, lambda _extent_m: HEIGHT_M
+            bus,
+            [bus],
+            folder,
+            self._announce,
+            lambda _extent_m: HEIGHT_M,
+            tell=lambda finds: [replace(each, where=WHERE) for each in finds],
         )
         self.client = router.bus()
 
@@ -122,8 +128,9 @@ def test_a_find_is_kept_listed_shown_and_forgotten(tmp_path: Path) -> None:
     assert bed.object_id != sofa.object_id
     assert kept.names() == ["sofa", "bed"]
     shown = kept.client.call(keys.MAP_OBJECT, ObjectId(bed.object_id))
-    assert (shown.kept, shown.picture) == (bed, PICTURE)
-    assert kept.client.call(keys.MAP_FORGET, ObjectId(bed.object_id)) == bed
+    assert (shown.kept, shown.picture) == (replace(bed, where=WHERE), PICTURE)
+    assert {each.kept.where for each in kept.keeper.memory.objects} == {""}  # not kept: it changes
+    assert kept.client.call(keys.MAP_FORGET, ObjectId(bed.object_id)) == shown.kept
     assert kept.names() == ["sofa"]
     assert kept.announced == [1, 2, 3]
 

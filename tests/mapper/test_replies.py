@@ -19,7 +19,7 @@ from onemap_mapper.query.replies import (
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
-from onemap_mapper.query.whereabouts import Knowledge
+from onemap_mapper.query.whereabouts import Knowledge, where_found
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, take
 from onemap_planner.world.map_view import after
@@ -105,6 +105,12 @@ def test_an_answer_is_said_by_room_landmark_and_find(belief: BeliefMap) -> None:
     assert (alone.in_words, alone.object_id) == ("in the den", "")
     both = said(find("lamp", "a", x + 0.9), find("Sofa", "b", x + 0.1), find("bed", "c", x - 2.0))
     assert (both.in_words, both.object_id) == ("in the den, next to the lamp", "b")
+    finds = (find("lamp", "a", x + 0.9), find("sofa", "b", x + 0.1), find("bed", "c", x - 90.0))
+    told = where_found(MapScores(belief).of([]), finds, Knowledge(places, finds))
+    by_sofa, by_lamp = "in the den, next to the sofa", "in the den, next to the lamp"
+    assert [each.where for each in told] == [by_sofa, by_lamp, ""]
+    shown = where_found(MapScores(belief).of([query("desk", SOFA)]), finds[:1], Knowledge())
+    assert [each.where for each in shown] == ["next to the desk"]
 
 
 def test_places_limit_what_is_found(belief: BeliefMap) -> None:

@@ -27,7 +27,7 @@ from onemap_mapper.query.replies import (
     summary_of,
 )
 from onemap_mapper.query.similarity import TextQuery
-from onemap_mapper.query.whereabouts import LANDMARKS, Knowledge
+from onemap_mapper.query.whereabouts import LANDMARKS, Knowledge, where_found
 from onemap_mapper.robots import SERVICE, AllRobots, MapRobot, buses_of
 from onemap_mapper.session import MapSession
 from onemap_mapper.storage import map_file
@@ -49,6 +49,7 @@ from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
     ImageSimilarityRequest,
+    KeptObject,
     MapClear,
     MapFile,
     MapSummary,
@@ -103,7 +104,9 @@ class Mapper:
         )
         shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
-        self._objects = ObjectKeeper(shared, buses, folder, self._announce_kept, height_m)
+        self._objects = ObjectKeeper(
+            shared, buses, folder, self._announce_kept, height_m, tell=self._told
+        )
         self._places = PlaceKeeper(
             shared,
             folder,
@@ -189,14 +192,25 @@ class Mapper:
         scored = session.scores.of([*queries, *landmarks], robot.number)
         if scored.version.count == 0:
             raise _empty()
-        known = Knowledge(
-            self._places.places(), tuple(each.kept for each in self._objects.memory.objects)
-        )
+        known = self._known()
         names = [each.text for each in landmarks]
         reply = similarity_reply(scored, request=request, known=known, landmarks=names)
         coverages = session.coverages[robot.number]
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
         return judged(reply, request, coverage, scored, self._config.found_score)
+
+    def _known(self) -> Knowledge:
+        finds = tuple(each.kept for each in self._objects.memory.objects)
+        return Knowledge(self._places.places(), finds)
+
+    def _told(self, finds: Sequence[KeptObject]) -> Sequence[KeptObject]:
+        """The finds with where they are; landmarks are those that were looked up before, so that
+        nobody is waited for."""
+        if not finds or self._map.store.count == 0:
+            return finds
+        landmarks = max((each.queries.kept(LANDMARKS) for each in self._robots), key=len)
+        scored = self._session.scores.of(landmarks)
+        return where_found(scored, finds, self._known())
 
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
@@ -220,7 +234,8 @@ class Mapper:
         return [*sought, *robot.queries.of_rivals(request.rivals)]
 
     def reset_searched(self, robot: MapRobot, _request: SearchReset) -> MapSummary:
-        """Reset sigma_E of one robot: its search begins."""
+        """Reset sigma_E of one robot: its search begins, whose finds will lie near landmarks."""
+        robot.queries.prefetch(LANDMARKS)
         with self._lock:
             self._map.reset_searched(robot.number)
             self._announce()

@@ -7,6 +7,7 @@ from typing import Annotated, TypeAlias
 
 from onemap_shared.messages import checks
 
+MAX_WHERE_CHARS = 120  # two names in words; longer ones are left out
 MAX_LISTED_OBJECTS = 150  # in one message of 256 kB, with names of 200 characters in any script
 Id: TypeAlias = Annotated[str, checks.chars(64)]
 PositionM: TypeAlias = Annotated[tuple[float, float, float], checks.numbers(3)]
@@ -57,6 +58,7 @@ class KeptObject(checks.Message):
         picture_bytes: size of the picture, 0 if there is none.
         height_m: between which heights above the floor it lies; empty: not known.
         robot: namespace of the robot that found it last; empty: it has none, or not known.
+        where: as people say it, by room and landmark; empty: not known, and in files.
     """
 
     object_id: Id
@@ -72,6 +74,7 @@ class KeptObject(checks.Message):
     picture_bytes: checks.Count = 0
     height_m: Annotated[tuple[float, ...], checks.numbers(2, optional=True)] = ()
     robot: str = ""
+    where: Annotated[str, checks.chars(MAX_WHERE_CHARS)] = ""
 
     def _check(self) -> None:
         if not self.object_id:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 import torch
@@ -52,11 +52,28 @@ class TextCache:
             entry = self._entries.get(text)
             if entry is not None:
                 return entry
-            future = self._asked.get(text)
-            if future is None:
-                future = self._asked[text] = self._waiting[text] = self._clock.future()
-                self._pool.submit(self._run)
+            future = self._future(text)
         return future.result()
+
+    def prefetch(self, texts: Iterable[str]) -> None:
+        """Begin to embed those that are not there; waits for nobody."""
+        with self._lock:
+            for text in texts:
+                if text not in self._entries:
+                    self._future(text)
+
+    def _future(self, text: str) -> Future[Entry]:
+        """Of the text's embedding; the caller holds the lock."""
+        future = self._asked.get(text)
+        if future is None:
+            future = self._asked[text] = self._waiting[text] = self._clock.future()
+            self._pool.submit(self._run)
+        return future
+
+    def kept(self, text: str) -> Entry | None:
+        """What ``query`` returns, if it need not be embedded."""
+        with self._lock:
+            return self._entries.get(text)
 
     def clear(self) -> None:
         """Drop all entries: the encoder changed."""
@@ -165,6 +182,16 @@ class MapQueries:
                 if problem.code != "unknown_word":
                     raise
         return queries
+
+    def prefetch(self, names: tuple[str, ...]) -> None:
+        """Have the names embedded, for ``kept``."""
+        self._texts.prefetch(names)
+
+    def kept(self, names: tuple[str, ...]) -> list[TextQuery]:
+        """The queries of those names that were embedded before, for this map; asks nobody."""
+        ours = self._space()
+        entries = [entry for name in names if (entry := self._texts.kept(name)) is not None]
+        return [query for space, query in entries if (space, query.concepts.shape[1]) == ours]
 
     def _fitting(self, entry: Entry, what: str) -> TextQuery:
         text_space, query = entry

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from onemap_mapper.belief.version import MapVersion
 from onemap_mapper.query.regions import region_bands
+from onemap_mapper.query.scores import ScoredVersion
 from onemap_mapper.query.verdicts import area_mask
 from onemap_shared.conditions import LIKELY, SLACK_M, Candidate, Surroundings, Thing, check
 from onemap_shared.geometry import F32, I64
@@ -24,6 +25,7 @@ from onemap_shared.messages import (
     Whereabouts,
 )
 from onemap_shared.messages.details import NEXT_TO_M
+from onemap_shared.messages.objects import MAX_WHERE_CHARS
 from onemap_shared.names import same_name
 from onemap_shared.places import NOWHERE, place_at
 
@@ -96,6 +98,29 @@ def whereabouts(
             )
         )
     return tuple(answers)
+
+
+def where_found(
+    scored: ScoredVersion, finds: Sequence[KeptObject], known: Knowledge
+) -> list[KeptObject]:
+    """The finds with where each is, in words.
+
+    scored: of the newest map, with the scores of the landmarks that it may show.
+    """
+    version, grid = scored.version, scored.version.grid
+    shows = [text for text in scored.texts if text.query.has_probabilities]
+    landmarks = {text.query.text: version.to_grid(text.scores) for text in shows}
+    found = [Landmark(each.name, _thing(each, grid)) for each in known.finds]
+    told = []
+    for kept in finds:
+        place, thing = place_at(known.places, kept.position_m[:2]), _thing(kept, grid)
+        relation, landmark = RelationKind.NEXT_TO, ""
+        if len(thing.cells):
+            near = [*found, *_shown(version, thing.cells, landmarks)]
+            relation, landmark = _beside(kept.name, thing, near, grid)
+        words = Whereabouts(place.name if place else "", relation, landmark).in_words
+        told.append(replace(kept, where=words if len(words) <= MAX_WHERE_CHARS else ""))
+    return told
 
 
 def _thing(kept: KeptObject, grid: GridSpec) -> Thing:

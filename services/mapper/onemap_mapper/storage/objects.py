@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import logging
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, inf
@@ -191,6 +191,7 @@ FORM = Form(
 LOG = logging.getLogger("onemap.mapper")
 
 HeightOf = Callable[[tuple[float, float, float, float]], tuple[float, ...]]
+Tell = Callable[[Sequence[KeptObject]], Sequence[KeptObject]]
 
 ID_BYTES = 4  # random, so that a browser never takes an old picture for that of a new object
 
@@ -199,8 +200,8 @@ class ObjectKeeper:
     """The memory of found objects and its procedures.
 
     ``announce`` is called after every change; ``height_of`` says between which heights an object
-    of this extent lies. A find is its whose keys name it: ``robots`` are the buses of the robots of
-    the map.
+    of this extent lies, ``tell`` adds where each find is in words. A find is its whose keys name
+    it: ``robots`` are the buses of the robots of the map.
     """
 
     def __init__(
@@ -210,9 +211,11 @@ class ObjectKeeper:
         folder: Path,
         announce: Callable[[], None],
         height_of: HeightOf,
+        *,
+        tell: Tell,
     ) -> None:
         self.kept = Kept(folder, FORM, announce, bus.clock)
-        self._height_of, self._clock = height_of, bus.clock
+        self._height_of, self._tell, self._clock = height_of, tell, bus.clock
         for robot in robots:
             robot.serve(keys.MAP_REMEMBER, partial(self.remember, robot.namespace))
         bus.serve(keys.MAP_OBJECTS, self.list_objects)
@@ -241,7 +244,8 @@ class ObjectKeeper:
 
     def list_objects(self, _request: ObjectListRequest) -> ObjectList:
         """All objects without their pictures."""
-        return self.memory.listed()
+        listed = self.memory.listed()
+        return replace(listed, objects=tuple(self._tell(listed.objects)))
 
     def get(self, request: ObjectId) -> PicturedObject:
         """One object with its picture."""
@@ -251,7 +255,7 @@ class ObjectKeeper:
                 "unknown_object",
                 f"there is no object {request.object_id!r}: GET /v1/objects lists what was found",
             )
-        return known
+        return replace(known, kept=self._tell([known.kept])[0])
 
     def forget(self, request: ObjectId) -> KeptObject:
         """Remove an object, as one that was found wrongly; returns what it was."""
