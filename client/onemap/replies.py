@@ -201,6 +201,7 @@ class MapObject(Reply):
 
     model_config = examples(
         """{"id": "3f9a12c4", "name": "bed", "position_m": [3.42, -1.15, 0.41],
+        "where": "in the bedroom, next to the wardrobe",
         "extent_m": [2.5, -2.1, 4.4, -0.3], "height_m": [0.1, 0.7], "score": 0.93,
         "times_found": 2, "search_id": "8f14e45f", "first_found_ns": 1767225612400000000,
         "last_seen_ns": 1767226191000000000, "box_px": [120, 184.5, 512, 402],
@@ -211,6 +212,11 @@ class MapObject(Reply):
     name: str = Field(description="As it was searched for when it was last found.")
     position_m: tuple[Rounded, Rounded, Rounded] = Field(
         description="x, y, z of its middle in the map frame, metres."
+    )
+    where: str = Field(
+        default="",
+        description="In words, by room and landmark: 'in the living room, next to the desk'; "
+        "empty: the map knows none there.",
     )
     extent_m: Box = Field(
         description="x_min, y_min, x_max, y_max of the cells that it was seen on, metres."

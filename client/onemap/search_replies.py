@@ -99,6 +99,11 @@ class ObjectOutcome(Reply):
     position_m: Annotated[tuple[Rounded, Rounded, Rounded] | None, EMPTY] = Field(
         default=None, description="x, y, z; null: not found."
     )
+    where: str = Field(
+        default="",
+        description="What was found, in words, by room and landmark, as 'in the living room, next "
+        "to the desk'; empty: the map knows none there, or has forgotten the find.",
+    )
     score: float = 0.0
     duration_s: float = 0.0
     path_length_m: Rounded = 0.0

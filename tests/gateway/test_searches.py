@@ -20,7 +20,17 @@ from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.routes.searches import search_events
 from onemap_gateway.service import build
 from onemap_shared import messages as m
-from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, next_event, past_search, search
+from tests.gateway.fakes import (
+    WAIT_S,
+    FakeMapper,
+    FakePlanner,
+    find_result,
+    gateway_on,
+    kept_object,
+    next_event,
+    past_search,
+    search,
+)
 from tests.memory_bus import MemoryRouter
 
 EXPLORING = m.SearchState.EXPLORING
@@ -106,6 +116,50 @@ def test_what_somebody_stopped_does_not_begin_again_without_its_own_id(
     assert repeated.json()["state"] == "cancelled"
     assert len(planner.requests) == 1
     assert client.post(f"/v1/searches/{begun}/again").json()["continues"] == begun
+
+
+BED = replace(kept_object(), where="in the den, next to the desk")
+
+
+def found_bed(state: m.SearchState = m.SearchState.FOUND) -> m.SearchStatus:
+    found = find_result("bed", *BED.position_m[:2])
+    return replace(search("s1", state, ("bed",)), results=(found,), elapsed_s=9.0)
+
+
+def test_a_find_is_told_by_room_and_landmark(
+    client: TestClient, planner: FakePlanner, mapper: FakeMapper
+) -> None:
+    planner.status = found_bed()
+    assert client.get("/v1/searches/s1").json()["results"][0]["where"] == ""  # forgotten
+    elsewhere = replace(BED, position_m=(9.0, 9.0, 0.4), where="in the attic")
+    mapper.objects[:] = [replace(BED, name="sofa", where="in the hall"), elsewhere, BED]
+    assert client.get("/v1/objects").json()["objects"][2]["where"] == BED.where
+    assert client.get("/v1/searches/s1").json()["results"][0]["where"] == BED.where
+    listed = client.get("/v1/searches").json()["searches"]
+    assert listed[0]["results"][0]["where"] == BED.where
+
+
+def test_the_last_event_waits_until_the_mapper_keeps_the_find(
+    router: MemoryRouter, planner: FakePlanner, mapper: FakeMapper
+) -> None:
+    asked: list[int] = []
+
+    class Late(list[m.KeptObject]):
+        def __iter__(self) -> Iterator[m.KeptObject]:
+            asked.append(1)
+            return iter([BED] if len(asked) > 1 else [])
+
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
+        await next_event(events)
+        planner.status = found_bed()
+        planner.move(m.SearchState.FOUND)
+        _, status = await next_event(events)
+        assert status["results"][0]["where"] == BED.where
+        assert len(asked) == 2
+
+    mapper.objects = Late()
+    planner.status = search("s1", objects=("bed",))
+    listen(router, scenario)
 
 
 def test_a_recording_that_is_played_refuses_searches(

@@ -331,7 +331,7 @@ async def search_status(
     gateway: GatewayContext, search_id: WhichSearch = ""
 ) -> Answer[search_replies.SearchSnapshot]:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
-    search = await gateway.search(keys.SEARCH_GET, m.SearchId(search_id))
+    search = await gateway.told(await gateway.call(keys.SEARCH_GET, m.SearchId(search_id)))
     return Answer(
         f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
         f"{sentence(search.reason)}{_found_names(search)}",
@@ -383,12 +383,17 @@ def _spent(search: search_replies.SearchSnapshot) -> str:
 
 
 def _found_names(search: search_replies.SearchSnapshot) -> str:
-    names = [result.name for result in search.results if result.found]
-    return f" Found: {_names(names)}." if names else ""
+    told = [
+        f"{result.name!r}{f' {result.where}' if result.where else ''}"
+        for result in search.results
+        if result.found
+    ]
+    return f" Found: {'; '.join(told)}." if told else ""
 
 
 def _place(item: replies.MapObject) -> str:
-    return f"{item.name!r} ({item.id}) at {_xy(item.position_m)}"
+    where = f" {item.where}," if item.where else ""
+    return f"{item.name!r} ({item.id}){where} at {_xy(item.position_m)}"
 
 
 def _described(place: place_replies.MapPlace) -> str:

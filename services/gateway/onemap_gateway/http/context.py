@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Annotated, TypeVar
 
@@ -27,7 +28,14 @@ from onemap_gateway.present.service_status import (
 )
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
-from onemap_shared.messages import SearchStatus, SearchView, SearchViewRequest
+from onemap_shared.messages import (
+    KeptObject,
+    ObjectListRequest,
+    SearchState,
+    SearchStatus,
+    SearchView,
+    SearchViewRequest,
+)
 from onemap_shared.transport import CallError
 
 Q = TypeVar("Q")
@@ -53,6 +61,7 @@ class Paces:
 
 
 PACES = Paces()
+FINDS_S = 0.5  # for the words of finds: a search is told without them where the mapper is slow
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +131,21 @@ class GatewayContext:
                 "with a query.",
             )
         return search_snapshot(await self.call(procedure, request))
+
+    async def told(self, status: SearchStatus) -> SearchSnapshot:
+        """The search with where its finds are in words, if the mapper says so in time.
+
+        The robot's stop does not pass here, since this may wait.
+        """
+        return search_snapshot(status, await self.finds(status))
+
+    async def finds(self, *statuses: SearchStatus) -> tuple[KeptObject, ...]:
+        """What the mapper keeps, if one of the searches found anything; nothing without it."""
+        if not any(each.outcome is SearchState.FOUND for of in statuses for each in of.results):
+            return ()
+        with suppress(HttpProblem):
+            return (await self.call(keys.MAP_OBJECTS, ObjectListRequest(), FINDS_S)).objects
+        return ()
 
     async def view(self, text: str | None = None) -> SearchView:
         """The current map, with the similarity to ``text`` if given."""

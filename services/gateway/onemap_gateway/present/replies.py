@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import dist, inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -16,6 +17,7 @@ from onemap.search_replies import ObjectOutcome, ReplayStep, SearchReplay, Searc
 from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared import messages as m
+from onemap_shared.names import same_name
 from onemap_shared.sentence import Sentence, in_words
 from onemap_shared.transport import Counters
 
@@ -33,8 +35,11 @@ def age_s(stamp_ns: int, now_ns: int) -> float | None:
     return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
 
 
-def search_snapshot(status: m.SearchStatus) -> SearchSnapshot:
-    """The state of a search, with its results in the order of the request."""
+def search_snapshot(status: m.SearchStatus, finds: Sequence[m.KeptObject] = ()) -> SearchSnapshot:
+    """The state of a search, with its results in the order of the request.
+
+    finds: what the mapper keeps, which says where each is in words.
+    """
     results = sorted(status.results, key=attrgetter("index"))
     details = status.details or (m.NO_DETAIL,) * len(status.objects)
     sentences = list(map(Sentence, status.objects, details))
@@ -47,7 +52,7 @@ def search_snapshot(status: m.SearchStatus) -> SearchSnapshot:
         requests=tuple(map(str, sentences)),
         understood=in_words(sentences),
         left=_left(status, sentences),
-        results=tuple(map(_object_outcome, results)),
+        results=tuple(_object_outcome(each, find_of(each, finds)) for each in results),
         choice=status.choice if status.choice.options else None,
     )
 
@@ -70,7 +75,23 @@ def search_replay(record: m.SearchRecord) -> SearchReplay:
     )
 
 
-def _object_outcome(result: m.ObjectResult) -> ObjectOutcome:
+SAME_OBJECT_M = 1.0  # as the mapper takes two finds of a name for one object
+
+
+def find_of(result: m.ObjectResult, finds: Sequence[m.KeptObject]) -> m.KeptObject | None:
+    """What the mapper keeps of the object that was found; None: nothing, or nothing was found."""
+    if result.outcome is not m.SearchState.FOUND or not result.position_m:
+        return None
+    near = [
+        (dist(each.position_m[:2], result.position_m[:2]), index)
+        for index, each in enumerate(finds)
+        if same_name(each.name, result.name)
+    ]
+    away_m, index = min(near, default=(inf, 0))
+    return finds[index] if away_m <= SAME_OBJECT_M else None
+
+
+def _object_outcome(result: m.ObjectResult, kept: m.KeptObject | None) -> ObjectOutcome:
     """Coverage belongs to what was not found, evidence to what was."""
     absent = result.outcome is m.SearchState.NOT_FOUND
     found = result.outcome in (m.SearchState.FOUND, m.SearchState.FOUND_OTHER)
@@ -79,6 +100,7 @@ def _object_outcome(result: m.ObjectResult) -> ObjectOutcome:
         result,
         coverage=result.coverage if absent else None,
         evidence=result if found else None,
+        where=kept.where if kept else "",
     )
 
 

@@ -47,7 +47,7 @@ const fleet = new Fleet((robots) => {
   finds.showRows(); // the robots' names may have come after the finds
 }, (role) => maps.allow(role));
 const finder = (namespace) => fleet.finder(namespace);
-const where = (place) => places.words(place);
+const where = (place) => finds.words(place) || places.words(place);
 const card = new FindCard(map, finder, where);
 const finds = new Finds((find) => showFind(find), finder, where);
 const phone = matchMedia("(max-width: 860px)"); // as in style.css

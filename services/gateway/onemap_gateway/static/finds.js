@@ -4,6 +4,8 @@ import { read } from "./api.js";
 import { capital, clockTime, place } from "./format.js";
 import { by, element, refill, robotName } from "./panels.js";
 
+const HERE_M = 0.2; // a find stands where the search says that it was found
+
 export class Finds {
   // onOpen(object): one was chosen in the list; finder(namespace): see Fleet; where(place): the room
   constructor(onOpen, finder, where) {
@@ -22,6 +24,12 @@ export class Finds {
     this.objects = objects;
     this.showList(leftOut);
     return true;
+  }
+
+  // Where the find at a place is, by room and landmark; empty: none is there, or it is not known.
+  words([x, y]) {
+    const here = this.objects.find(({ position_m: at }) => Math.hypot(at[0] - x, at[1] - y) < HERE_M);
+    return here?.where ?? "";
   }
 
   showList(leftOut) {

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import AsyncIterator, Awaitable
+from collections.abc import AsyncIterator, Awaitable, Sequence
 from typing import Annotated
 
 import anyio
@@ -19,9 +19,17 @@ from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.places import inner_point_m
-from onemap_gateway.present.replies import search_replay, search_snapshot
+from onemap_gateway.present.replies import find_of, search_replay, search_snapshot
 from onemap_shared import keys
-from onemap_shared.messages import BACK, PlacesRequest, SearchId, SearchListRequest, SearchStatus
+from onemap_shared.messages import (
+    BACK,
+    KeptObject,
+    PlacesRequest,
+    SearchId,
+    SearchListRequest,
+    SearchState,
+    SearchStatus,
+)
 from onemap_shared.names import same_name
 
 
@@ -36,7 +44,8 @@ async def search_events(
     """
     last, last_problem = first, ""
     queried_s = gateway.cache.now_s()
-    yield _status_event(first, retry=RETRY_MS)
+    finds = await gateway.finds(first)
+    yield _status_event(first, finds, retry=RETRY_MS)
     while last.active and not gateway.cache.closing:
         await anyio.sleep(gateway.paces.poll_s)
         state, now_s = gateway.cache.state, gateway.cache.now_s()
@@ -56,8 +65,24 @@ async def search_events(
                     return
         for status in fresh:
             if supersedes(status, last):
+                if len(status.results) > len(last.results):
+                    finds = await _finds_of(gateway, status)
                 last = status
-                yield _status_event(status)
+                yield _status_event(status, finds)
+
+
+KEPT_S = 1.0  # from the end of an object until the mapper keeps it, at most
+
+
+async def _finds_of(gateway: GatewayContext, status: SearchStatus) -> tuple[KeptObject, ...]:
+    """What the mapper keeps, once the newest find of the search is among it."""
+    until_s, newest = gateway.cache.now_s() + KEPT_S, status.results[-1]
+    while True:
+        finds = await gateway.finds(status)
+        found = newest.outcome is SearchState.FOUND and find_of(newest, finds) is None
+        if not found or gateway.cache.now_s() >= until_s:
+            return finds
+        await anyio.sleep(gateway.paces.poll_s)
 
 
 def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
@@ -71,8 +96,10 @@ def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
     return same and status != last and later
 
 
-def _status_event(status: SearchStatus, retry: int | None = None) -> ServerSentEvent:
-    document = finite(search_snapshot(status).model_dump(mode="json"))
+def _status_event(
+    status: SearchStatus, finds: Sequence[KeptObject] = (), retry: int | None = None
+) -> ServerSentEvent:
+    document = finite(search_snapshot(status, finds).model_dump(mode="json"))
     return ServerSentEvent(event="status", data=document, retry=retry)
 
 
@@ -225,14 +252,15 @@ async def list_searches(gateway: GatewayDep) -> SearchListReply:
     """The newest 50 searches and the present one, newest first, also those of before a restart of
     the planner."""
     listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
-    searches = tuple(search_snapshot(each) for each in listed.searches)
+    finds = await gateway.finds(*listed.searches)
+    searches = tuple(search_snapshot(each, finds) for each in listed.searches)
     return SearchListReply(searches=searches, left_out=listed.left_out)
 
 
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
 async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """State, reason and results of a search."""
-    return await gateway.search(keys.SEARCH_GET, SearchId(search_id))
+    return await gateway.told(await gateway.call(keys.SEARCH_GET, SearchId(search_id)))
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(404, 422, 503))
