@@ -57,6 +57,19 @@ def test_what_people_and_robots_say_is_printed_literally(text: str) -> None:
     assert text_of(console).count(text) >= 8
 
 
+def test_finds_are_told_by_room_and_landmark_before_metres() -> None:
+    console, where = plain_console(file=io.StringIO()), "in the den, next to the desk"
+    known = {"name": "bed", "where": where, "position_m": [1.0, 2.0, 0.4], "score": 0.9}
+    known |= {"times_found": 2, "last_seen_at": "2026-01-01T00:00:00Z", "id": "b1"}
+    remote.describe_objects({"objects": [known | {"picture": "/v1/objects/b1.jpg"}]}, console)
+    found = finished("bed")
+    found["results"][0] |= {"outcome": "found", "where": where, "position_m": [1.0, 2.0, 0.4]}
+    remote.describe_search(found, console)
+    text = text_of(console)
+    assert text.index("den") < text.index("(1.00, 2.00)") < text.rindex("den")
+    assert "GET /v1/objects/b1.jpg" in text
+
+
 def text_of(console: Any) -> str:
     return " ".join(console.file.getvalue().split())
 

@@ -134,12 +134,12 @@ def read_crop(path: Path) -> bytes:
 
 def describe_search(report: dict[str, Any], console: Console) -> None:
     """Print one row per object: outcome, position, time, path and reason."""
-    table = Table("object", "outcome", "position", "time", "path", "reason")
+    table = Table("object", "outcome", "where", "time", "path", "reason")
     for result in report["results"]:
         table.add_row(
             result["name"],
             result["outcome"].replace("_", " "),
-            _place(result["position_m"]),
+            "\n".join(filter(None, (result.get("where"), _place(result["position_m"])))),
             f"{result['duration_s']:.0f} s",
             f"{result['path_length_m']:.1f} m",
             result["reason"],
@@ -229,17 +229,20 @@ def describe_objects(reply: dict[str, Any], console: Console) -> None:
     if not reply["objects"]:
         console.print("Nothing was found on this map yet: 'onemap search' goes and looks.")
         return
-    table = Table("object", "position", "score", "found", "last seen (UTC)", "id")
+    table = Table("object", "where", "found", "last seen (UTC)", "position", "score", "id")
     for known in reply["objects"]:
         table.add_row(
             known["name"],
-            _place(known["position_m"]),
-            f"{known['score']:.2f}",
+            known.get("where", ""),
             f"{known['times_found']} x",
             known["last_seen_at"][:19].replace("T", " "),
+            _place(known["position_m"][:2]),
+            f"{known['score']:.2f}",
             known["id"],
         )
     console.print(table)
+    if pictured := next((each["picture"] for each in reply["objects"] if each["picture"]), None):
+        console.print(f"Their photographs: GET {pictured}, of each id.", soft_wrap=True)
 
 
 def describe_status(status: dict[str, Any], console: Console) -> None:
