@@ -187,7 +187,6 @@ def test_it_does_not_matter_which_map_came_first(seed: int, x_m: float, yaw_rad:
     [
         ({"encoder_id": "other-1"}, snapshot.EncoderMismatch, "one encoder"),
         ({"cell_size_m": 0.05}, snapshot.MapFileError, "another cell size"),
-        ({"version": 1}, snapshot.MapFileError, "without drops"),
     ],
 )
 def test_what_does_not_fit_changes_nothing(

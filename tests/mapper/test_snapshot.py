@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -56,16 +54,6 @@ def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
     np.testing.assert_array_equal(again.shared_version().layers(), belief.shared_version().layers())
     np.testing.assert_array_equal(
         again.shared_version().occupancy_grid(), belief.shared_version().occupancy_grid()
-    )
-
-
-def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
-    taken = take(belief)
-    header = dataclasses.replace(taken.header, version=1)
-    old = dataclasses.replace(taken, header=header, evidence=taken.evidence[:, :-1])
-    assert (taken.evidence[:, -1] <= 0).all()
-    np.testing.assert_array_equal(
-        restored(old).shared_version().occupancy_grid(), belief.shared_version().occupancy_grid()
     )
 
 

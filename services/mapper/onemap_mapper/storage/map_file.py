@@ -38,7 +38,6 @@ from onemap_mapper.storage.snapshot import (
     ASSUMED,
     FORMAT,
     VERSION,
-    VERSION_WITHOUT_DROPS,
     MapFileError,
     MapHeader,
     MapSnapshot,
@@ -109,11 +108,9 @@ def _checked(raw: object, name: str) -> MapHeader:
     """The header of a map that can be read; MapFileError for another."""
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapFileError(f"{name} is not a map of OneMap")
-    if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
-        raise MapFileError(
-            f"{name} has format version {str(raw.get('version'))[:40]}; this program reads "
-            f"{VERSION_WITHOUT_DROPS} and {VERSION}"
-        )
+    if raw.get("version") != VERSION:
+        version = str(raw.get("version"))[:40]
+        raise MapFileError(f"{name} has format version {version}; this program reads {VERSION}")
     try:
         header = HEADERS.validate_json(json.dumps(raw), strict=True)
     except ValidationError as problem:

@@ -28,7 +28,6 @@ from onemap_shared.geometry import I64
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS, Place
 
 FORMAT, VERSION = "onemap-map", 2
-VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
 ASSUMED = 2  # of ``clear``: free floor that no camera saw; 1: it was seen
 
 
@@ -194,7 +193,8 @@ def restore(
     header = snapshot.header
     _check_header(header, params, encoder_id)
     belief = BeliefMap(params, first_revision=first_revision - 1)
-    _put_in(belief, replace(snapshot, evidence=_evidence(snapshot, params)), NO_MOTION)
+    _check_levels(snapshot, params)
+    _put_in(belief, snapshot, NO_MOTION)
     belief.revision = first_revision
     if header.dimension > 0:
         belief.store.set_confidence(SEARCHED, snapshot.searched)
@@ -248,12 +248,12 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
             f"saved one those of {theirs[0]} ({theirs[1]}, {theirs[2]} channels): only maps of "
             "one encoder can be merged"
         )
-    if header.version == VERSION_WITHOUT_DROPS or params.grid != header.grid:
+    if params.grid != header.grid:
         raise MapFileError(
-            "the saved map has another cell size or other obstacle heights, or is of a release "
-            "without drops: load and save it with the present configuration first"
+            "the saved map has another cell size or other obstacle heights: load and save it with "
+            "the present configuration first"
         )
-    _evidence(taken, params)
+    _check_levels(taken, params)
 
 
 def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarMotion) -> FeatureShare:
@@ -298,17 +298,13 @@ def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None
         )
 
 
-def _evidence(snapshot: MapSnapshot, params: MapParams) -> NDArray[np.int8]:
-    """Evidence (m, levels + 1) of the columns; an old file has no level for drops."""
-    evidence = snapshot.evidence
-    if snapshot.header.version == VERSION_WITHOUT_DROPS:
-        evidence = np.pad(evidence, ((0, 0), (0, 1)))
-    if evidence.shape[1] != params.levels + 1:
+def _check_levels(snapshot: MapSnapshot, params: MapParams) -> None:
+    """Raise ``MapFileError`` unless the columns are as high as ours."""
+    levels = snapshot.evidence.shape[1]
+    if levels != params.levels + 1:
         raise MapFileError(
-            f"the map's columns have {evidence.shape[1]} levels, ours {params.levels + 1}: the "
-            "file is damaged"
+            f"the map's columns have {levels} levels, ours {params.levels + 1}: the file is damaged"
         )
-    return evidence
 
 
 ARRAYS = (
