@@ -56,9 +56,3 @@ def test_a_refusal_is_one_sentence() -> None:
     problem = {"status": 409, "detail": "The robot is searching for 'bed'.", "search_id": "s0"}
     done = find({**gateway_with("found"), ("POST", "/v1/searches"): (409, problem)})
     assert (done.returncode, done.stderr) == (1, "The robot is searching for 'bed'.\n")
-
-
-def test_the_documentation_shows_it() -> None:
-    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    _, beginning, code = SCRIPT.read_text(encoding="utf-8").partition("import sys\n")
-    assert beginning + code in page
