@@ -63,6 +63,14 @@ def lab_of(rgb: U8) -> F32:
     return lab
 
 
+DARK = 26.0  # lightness that the brightest tenth of a picture exceeds if there is light
+
+
+def is_dark(lab: F32) -> bool:
+    """Whether a picture (..., 3), Lab, has too little light to tell any colour of what it shows."""
+    return bool(np.quantile(lab[..., 0], 0.9) < DARK)
+
+
 OFFSET, SCALE = np.array([0, 128, 128], np.float32), np.array([2.55, 1, 1], np.float32)
 
 

@@ -1,4 +1,4 @@
-"""The observation variance against its slow twin, and what must hold for any depth."""
+"""The observation variance against its slow twin, what must hold for any depth, and colours."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 from onemap_perception.feature_field import (
     VarianceFormula,
     VarianceParams,
+    feature_field,
     observation_variance,
 )
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32
+from tests.perception.toy import ColourEncoder, frame
 from tests.reference import variance as slow
 
 CAMERA = Intrinsics(30.0, 28.0, 16.0, 12.0)
@@ -71,3 +73,11 @@ def test_depth_that_is_not_a_number_is_no_depth() -> None:
     variance = observation_variance(depth, CAMERA, VarianceParams())
     assert np.isinf(np.diag(variance)[:3]).all()
     assert np.isfinite(variance[4:, 4:]).all()
+
+
+def test_a_dark_frame_has_no_colours() -> None:
+    lit, encoder = frame(), ColourEncoder()
+    for share, told in ((1.0, True), (0.08, False)):
+        seen = frame(rgb=(lit.rgb * share).astype(np.uint8))
+        field = feature_field(seen, encoder.encode(seen.rgb), encoder, VarianceParams())
+        assert field.colours.any() == told

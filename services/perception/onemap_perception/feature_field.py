@@ -17,7 +17,7 @@ import numpy as np
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.target_detection import MILLIMETRE_M
 from onemap_shared.camera import Intrinsics
-from onemap_shared.colours import lab_of, packed
+from onemap_shared.colours import is_dark, lab_of, packed
 from onemap_shared.geometry import F16, F32, Bool
 from onemap_shared.messages import FeatureField, RgbdFrame, expect
 
@@ -134,9 +134,13 @@ def _difference(values: F32, valid: Bool, *, axis: int) -> F32:
 def feature_field(
     frame: RgbdFrame, features: F16, encoder: Encoder, params: VarianceParams
 ) -> FeatureField:
-    """The features (h, w, D) of a frame with colours, depth, pose and each pixel's variance."""
+    """The features (h, w, D) of a frame with colours, depth, pose and each pixel's variance.
+
+    A dark frame has no colours: all that it shows would be black.
+    """
     rows, columns = features.shape[:2]
     small = cv2.resize(frame.rgb, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    lab = lab_of(small)
     return FeatureField(
         sequence=frame.sequence,
         stamp_ns=frame.stamp_ns,
@@ -148,5 +152,5 @@ def feature_field(
         intrinsics=frame.intrinsics,
         T_map_camera=frame.T_map_camera,
         world=frame.world,
-        colours=packed(lab_of(small)),
+        colours=packed(np.full_like(lab, np.nan) if is_dark(lab) else lab),
     )

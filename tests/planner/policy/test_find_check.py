@@ -209,6 +209,14 @@ def test_what_is_too_dark_or_too_far_is_not_judged() -> None:
         assert checked(thing, here) == (NOT_CHECKED, (), (f"perhaps not red: {why}",))
 
 
+def test_in_the_dark_the_map_tells_no_colour_either() -> None:
+    here = seen_in_room(m.Detail(colour="black"))
+    black = np.full(here.map_view.grid.shape, 0.9, np.float32)
+    here = replace(here, map_view=replace(here.map_view, likeness=black))
+    dark = pictured((15, 3, 3), wall=20)
+    assert checked(dark, here) == (NOT_CHECKED, (), ("perhaps not black: it is too dark",))
+
+
 @pytest.mark.parametrize(
     ("likeness", "expected"), [(0.8, YES), (0.05, NO), (0.3, NOT_CHECKED), (np.nan, NOT_CHECKED)]
 )

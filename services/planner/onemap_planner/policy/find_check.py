@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.state import Evidence, FoundObject
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
-from onemap_planner.world.colours import has_colour
+from onemap_planner.world.colours import TOO_DARK, has_colour
 from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView
 from onemap_shared.conditions import Candidate, Surroundings, Thing, check
@@ -37,6 +38,8 @@ def check_find(
     colour = has_colour(candidate.best_view, detail.colour) if detail.colour else (Holds.YES, "")
     thing = Thing(cells, candidate.xyz[2])
     around = _surroundings(description, map_view, evidence, found_objects)
+    if colour[1] == TOO_DARK:  # so it was for the map
+        around = replace(around, likeness=None)
     return check(Candidate(thing, colour, alone=not candidate.supported), detail, around)
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from PIL import Image
 
 from onemap_planner.world.candidates import PictureOfObject
-from onemap_shared.colours import lab_of, likeness
+from onemap_shared.colours import is_dark, lab_of, likeness
 from onemap_shared.messages import Holds
 
 MIDDLE = 0.6  # of the box's sides: the rim shows what is behind the object
 LEAST_PIXELS = 64  # of that middle: fewer are mixed with what is behind
 FITS = 0.5  # likeness of a pixel that has the colour
 CLEARLY, HARDLY = 0.25, 0.1  # share of the pixels from which it has the colour, below which not
-DARK = 26.0  # lightness that the brightest tenth of a picture exceeds if there is light
+TOO_DARK = "it is too dark"
 
 
 def has_colour(view: PictureOfObject | None, colour: str) -> tuple[Holds, str]:
@@ -25,7 +25,7 @@ def has_colour(view: PictureOfObject | None, colour: str) -> tuple[Holds, str]:
         return Holds.NOT_CHECKED, "there is no picture of it"
     share = _share(view.picture, view.box_px, colour)
     if share is None:
-        return Holds.NOT_CHECKED, "it is too dark"
+        return Holds.NOT_CHECKED, TOO_DARK
     if share >= CLEARLY:
         return Holds.YES, ""
     if np.isnan(share):
@@ -38,7 +38,7 @@ def _share(picture: bytes, box_px: tuple[float, float, float, float], colour: st
     """Share of the object's pixels that have the colour; NaN: too few; None: it is dark."""
     with Image.open(io.BytesIO(picture)) as image:
         lab = lab_of(np.asarray(image.convert("RGB")))
-    if np.quantile(lab[..., 0], 0.9) < DARK:
+    if is_dark(lab):
         return None
     (x0, y0), (x1, y1) = np.reshape(box_px, (2, 2))
     rim = np.array([x1 - x0, y1 - y0]) * (1 - MIDDLE) / 2
