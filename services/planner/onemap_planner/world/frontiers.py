@@ -152,9 +152,9 @@ class _Segments:
 
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
     """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_area_m2 >= least_m2
-    kept: Bool = mask & large[labels]
+    _, parts = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    large = np.bincount(parts.ravel()) * cell_area_m2 >= least_m2
+    kept: Bool = mask & large[parts]
     return kept
 
 
@@ -162,7 +162,7 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
     """(nx, ny): for cells of O - E the highest similarity of their component; else 0."""
     count, parts = cv2.connectedComponents(unexplored.astype(np.uint8), connectivity=8)
     part: I64 = parts[unexplored].astype(np.int64)
-    highest = np.zeros(count)
+    highest = np.zeros(count, np.float32)
     np.maximum.at(highest, part, np.nan_to_num(map_view.similarity[unexplored], nan=0.0))
     value = np.zeros(unexplored.shape)
     value[unexplored] = highest[part]
@@ -181,10 +181,13 @@ def _beside(mask: Bool) -> Bool:
 
 def _segments(border: Bool, cell_size_m: float) -> _Segments:
     """Each component that is long enough, along its principal axis, cut to the longest allowed."""
-    marked = border.astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(marked, connectivity=8)
-    cells, number, count = np.argwhere(border), labels[border] - 1, len(stats) - 1
-    extent = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1, initial=0)
+    _, labels = cv2.connectedComponents(border.astype(np.uint8), connectivity=8)
+    cells, number = np.argwhere(border), labels[border].astype(np.int64) - 1
+    count = int(number.max(initial=-1)) + 1
+    low, high = np.full((count, 2), max(border.shape)), np.full((count, 2), -1)
+    np.minimum.at(low, number, cells)
+    np.maximum.at(high, number, cells)
+    extent = (high - low + 1).max(axis=1, initial=0)
     kept = (extent * cell_size_m >= MIN_LENGTH_M)[number]
     cells, number = cells[kept], number[kept]
     if not len(cells):
