@@ -117,7 +117,7 @@ class PlanningContext:
         """Cells (nx, ny) of the places in one of which the object is, if the map shows them."""
         return None if self.description is None else self.description.place
 
-    @property
+    @cached_property
     def reachable(self) -> Bool:
         """Mask (nx, ny) of the cells of N that a path leads to."""
         mask: Bool = self.costmap.navigable & np.isfinite(self.cost_to_go.cost_m)

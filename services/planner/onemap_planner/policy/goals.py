@@ -203,9 +203,9 @@ def _frontier_viewpoints(segments: Sequence[I64], context: PlanningContext) -> t
     cells = np.concatenate(segments)
     owner = np.repeat(np.arange(len(segments)), [*map(len, segments)])
     within = VIEWPOINT_WITHIN_M / context.costmap.grid.cell_size_m + ROUNDING
-    near, nearest = _nearest(context.reachable, cells, within)
-    free, at_speed = _nearest(context.reachable & ~context.costmap.creeping, cells, within)
-    nearest = np.where(free[:, None], at_speed, nearest)
+    near, nearest = _nearest(context.reachable & ~context.costmap.creeping, cells, within)
+    left = np.flatnonzero(~near)
+    near[left], nearest[left] = _nearest(context.reachable, cells[left], within)
     cells, owner, nearest = cells[near], owner[near], nearest[near]
     sizes = np.bincount(owner, minlength=len(segments))
     middles = np.stack([np.bincount(owner, axis, len(segments)) for axis in cells.T], axis=-1)
