@@ -15,7 +15,7 @@ import numpy as np
 from onemap_planner.motion.motions import Drive
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.evidence import MAX_CANDIDATES_TRIED
+from onemap_planner.policy.evidence import agreed
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, successor
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import ActiveGoal, GoalComparison, PlannerState
@@ -37,8 +37,8 @@ def select_candidate(state: PlannerState, context: PlanningContext) -> Candidate
 
     One that was more often detected under another name does not count.
     """
-    for candidate in state.evidence.candidates[:MAX_CANDIDATES_TRIED]:
-        often = candidate.sightings >= max(MIN_SIGHTINGS, candidate.contradictions)
+    for candidate in agreed(state):
+        often = candidate.sightings >= candidate.contradictions
         if often and state.ledger.next_viewpoint(candidate, context) is not None:
             return CandidateSelected(candidate)
     return None

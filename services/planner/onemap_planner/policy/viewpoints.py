@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from scipy import ndimage
 
@@ -12,13 +13,13 @@ from onemap_planner.motion.path import lengths_over
 from onemap_planner.policy.context import APPROACH_LIMIT_M, PlanningContext
 from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
-from onemap_planner.world.map_view import CONNECTIVITY_8
 from onemap_shared.geometry import F64, I64, Bool
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
 NO_CELLS: I64 = np.zeros((0, 2), np.int64)
 OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
+BLOCK = np.ones((3, 3), np.uint8)
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
 
 
@@ -181,9 +182,9 @@ def _before(target: SightTarget, away: F64, free: Bool, stand: Bool) -> Bool:
     nearest, or all that is within a cell of it. away (nx, ny): cells to the target. All places, if
     none is there.
     """
-    floors, _ = ndimage.label(free)
+    _, floors = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
     if len(target.seen_from):
-        before = _floors_seen_over(target, floors)
+        before = _floors_seen_over(target, floors.astype(np.int64))
     else:
         nearest = float(away[free].min(initial=np.inf))
         before = np.unique(floors[free & (away <= nearest + 1)])
@@ -229,8 +230,7 @@ def own_cells(target: I64, shape: tuple[int, int]) -> Bool:
 
 
 def _grown(mask: Bool) -> Bool:
-    grown: Bool = ndimage.binary_dilation(mask, CONNECTIVITY_8, iterations=BLUR_CELLS)
-    return grown
+    return cv2.dilate(mask.astype(np.uint8), BLOCK, iterations=BLUR_CELLS) > 0
 
 
 def seen_from_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:

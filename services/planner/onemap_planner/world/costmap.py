@@ -8,7 +8,6 @@ from typing import ClassVar
 import cv2
 import numpy as np
 from pydantic import Field, PositiveFloat
-from scipy import ndimage
 
 from onemap_planner.world.distances import distance_cells, distances_m, distances_to_edge_m
 from onemap_planner.world.keep_out import KeepOut
@@ -247,7 +246,7 @@ def _blind_spot(
 def _gaps(hidden: Bool, passable: Bool, navigable: Bool, robot: I64, gap_cells: float) -> Bool:
     """Which of the hidden cells (nx, ny) lie in a gap of at most so many cells, between what the
     robot in the cell (2,) can reach and a part of N that it cannot."""
-    parts, _ = ndimage.label(passable, CONNECTIVITY_8)
+    _, parts = cv2.connectedComponents(passable.astype(np.uint8), connectivity=8)
     reached = passable & (parts == parts[tuple(robot)])
     across = distances_m(reached, 1.0) + distances_m(navigable & ~reached, 1.0) - 1.0
     gaps: Bool = hidden & (across <= gap_cells + ROUNDING_M)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy import ndimage
 from skimage.graph import MCP_Geometric
 
 from onemap_planner.world.distances import distances_to_edge_m
-from onemap_planner.world.map_view import CONNECTIVITY_8
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.places import Zones
@@ -64,7 +63,7 @@ class KeepOut:
         """Cells (nx, ny) through which a robot in a cell (2,) may leave: not farther in."""
         robot, out = (int(cell[0]), int(cell[1])), np.zeros(self.grid.shape, bool)
         if self.closed[robot]:
-            parts, _ = ndimage.label(self.closed, CONNECTIVITY_8)
+            _, parts = cv2.connectedComponents(self.closed.astype(np.uint8), connectivity=8)
             out = (parts == parts[robot]) & passable & np.isfinite(self.way_out_m)
             out &= self.way_out_m <= self.way_out_m[robot]
             out[robot] = True
