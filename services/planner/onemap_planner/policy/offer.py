@@ -61,16 +61,18 @@ def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandida
 def _candidate_goals(
     state: PlannerState, context: PlanningContext
 ) -> tuple[list[Goal], list[Goal]]:
-    """A look at each candidate, and the ways to the most similar ones without a viewpoint: seen
-    through a door, or over a table."""
-    ledger, looks, unreached = state.ledger, list[Goal](), list[tuple[ObjectCandidate, float]]()
-    sure = [(candidate, candidate.similarity) for candidate in agreed(state)]
-    for candidate, score in sure + _unconfirmed(state, context):
-        viewpoint_xy = ledger.next_viewpoint(candidate, context)
-        if viewpoint_xy is None:
-            unreached.append((candidate, score))
-        else:
-            looks.append(detection_goal(candidate, score, viewpoint_xy, context))
+    """A look at each candidate that is not sure, and the ways to the most similar ones without a
+    viewpoint: seen through a door, or over a table."""
+    ledger = state.ledger
+    sure, unsure = (
+        [
+            (candidate, score, ledger.next_viewpoint(candidate, context))
+            for candidate, score in scored
+        ]
+        for scored in ([(c, c.similarity) for c in agreed(state)], _unconfirmed(state, context))
+    )
+    looks = [detection_goal(c, score, xy, context) for c, score, xy in unsure if xy is not None]
+    unreached = [(c, score) for c, score, xy in sure + unsure if xy is None]
     ways = []
     for candidate, score in sorted(unreached, key=lambda pair: -pair[1])[:MAX_UNREACHED]:
         end_xy = ledger.next_viewpoint(candidate, context.optimistic)
