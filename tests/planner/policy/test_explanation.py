@@ -28,7 +28,7 @@ def goal(
     travel_m: float = 1.0,
     kind: GoalKind = GoalKind.FRONTIER,
 ) -> Goal:
-    utility = GoalUtility.of(score, travel_m)
+    utility = GoalUtility(score, travel_m)
     return Goal(kind, (x, 1.0), (x, 0.0), utility, UNEXPLORED)
 
 

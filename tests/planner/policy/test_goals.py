@@ -19,7 +19,7 @@ from tests.reference.planning import nearest_of
 
 
 def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
-    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0, 1.0), "")
+    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0), "")
 
 
 def test_the_current_goal_is_kept_unless_another_is_clearly_better() -> None:
@@ -38,7 +38,7 @@ def test_the_choice_does_not_depend_on_the_scale_of_the_scores(
 
     def chosen(factor: float) -> Goal | None:
         goals = [
-            replace(goal(0.0, float(i)), utility=GoalUtility.of(factor * s, way_m))
+            replace(goal(0.0, float(i)), utility=GoalUtility(factor * s, way_m))
             for i, (s, way_m) in enumerate(values)
         ]
         return choose(goals, None)

@@ -18,7 +18,7 @@ PLACE = (1.5, 1.5)
 
 
 def goal(x: float, y: float = 1.5, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
-    return Goal(kind, (x, y), (x, y), GoalUtility(0.2, 1.0, 1.0), "")
+    return Goal(kind, (x, y), (x, y), GoalUtility(0.2, 1.0), "")
 
 
 def with_cells(cells: int, occupancy: Occupancy, x: int = 10) -> MapView:

@@ -115,7 +115,7 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
 
 
 def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
-    goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 1.0, 1.0), "")
+    goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 1.0), "")
     state = monitored(LIMIT, Exploring())
     state = replace(state, active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
     after, events = state, handle_stuck(state)

@@ -207,7 +207,7 @@ def _around(
 def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal:
     viewpoint_xy = context.xy_of(cell)
     x, y = cell.tolist()
-    utility = GoalUtility.of_place(context.cost_to_go.length_m((x, y)))
+    utility = GoalUtility(0.0, context.cost_to_go.length_m((x, y)))
     look = destination.kind is SearchKind.LOOK_AT
     doing = driving(subject_of("", destination.xy), look=look, where="{where}")
     kind = GoalKind.LOOK_AT if look else GoalKind.GO_TO

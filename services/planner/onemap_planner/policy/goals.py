@@ -53,33 +53,20 @@ VIEW_BAND_M = (VIEW_NEAREST_M, VIEW_FARTHEST_M)
 
 @dataclass(frozen=True, slots=True)
 class GoalUtility:
-    """Utility of a goal, in units of similarity: the part of the score that the path leaves.
-
-    travel_share: that part, 1 here, 1/2 at ``half_value_m``, 0 without a path.
-    """
+    """What a goal is worth: its score, in units of similarity (0: a place), and the path to it."""
 
     score: float
     travel_m: float
-    travel_share: float
+
+    @property
+    def travel_share(self) -> float:
+        """The part of the score that the path leaves: 1 here, 1/2 at ``HALF_VALUE_M``."""
+        return 1.0 / (1.0 + self.travel_m / HALF_VALUE_M)
 
     @property
     def total(self) -> float:
         """The number that goals are ranked by."""
         return self.score * self.travel_share
-
-    @classmethod
-    def of_place(cls, travel_m: float) -> GoalUtility:
-        """Utility of a place ``travel_m`` away: only the path counts, it has no similarity."""
-        return cls(score=0.0, travel_m=travel_m, travel_share=1.0)
-
-    @classmethod
-    def of(cls, score: float, travel_m: float) -> GoalUtility:
-        """Utility of a similarity, ``travel_m`` away."""
-        return cls(
-            score=score,
-            travel_m=float(travel_m),
-            travel_share=1.0 / (1.0 + float(travel_m) / HALF_VALUE_M),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +140,7 @@ def frontier_goals(frontiers: tuple[Frontier, ...], context: PlanningContext) ->
 def _frontier_goal(
     frontier: Frontier, viewpoint: I64, travel_m: float, context: PlanningContext
 ) -> Goal:
-    utility = GoalUtility.of(frontier.score, travel_m)
+    utility = GoalUtility(frontier.score, travel_m)
     look_xy, viewpoint_xy = _pair(frontier.beyond_xy), context.xy_of(viewpoint)
     cells = context.map_view.world_cells(frontier.cells)
     doing = UNEXPLORED if frontier.unknown else AFAR
@@ -169,7 +156,7 @@ def region_goal(region: SimilarRegion, context: PlanningContext, *, tried_xy: F6
         viewpoint = least_occluded(around)
     if viewpoint is None:
         return None
-    utility = GoalUtility.of(region.score, _travel_m(viewpoint, context))
+    utility = GoalUtility(region.score, _travel_m(viewpoint, context))
     cells = context.map_view.world_cells(region.cells)
     there = context.xy_of(viewpoint)
     return Goal(GoalKind.REGION, there, _pair(region.peak_xy), utility, ALIKE, cells)
@@ -179,7 +166,7 @@ def most_worth(region: SimilarRegion, context: PlanningContext) -> float:
     """The utility that no viewpoint of a region exceeds: there is none nearer by air."""
     size_m = context.costmap.grid.cell_size_m
     away_m = size_m * float(np.hypot(*(region.cells - context.cell_at(context.pose.xy)).T).min())
-    return GoalUtility.of(region.score, max(away_m - VIEW_FARTHEST_M - size_m, 0.0)).total
+    return GoalUtility(region.score, max(away_m - VIEW_FARTHEST_M - size_m, 0.0)).total
 
 
 def detection_goal(
@@ -189,7 +176,7 @@ def detection_goal(
     context: PlanningContext,
 ) -> Goal:
     """A look at a candidate from a viewpoint, metres; score: in units of similarity."""
-    utility = GoalUtility.of(score, _travel_m(context.cell_at(viewpoint_xy), context))
+    utility = GoalUtility(score, _travel_m(context.cell_at(viewpoint_xy), context))
     doing, there = SEEN if candidate.supported else DOUBTED, candidate.xyz[:2]
     return Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, doing, candidate.cells)
 

@@ -54,7 +54,7 @@ def option_on_way(
         seen_from = first_visible(viewpoints_around(SightTarget(target), context, band_m))
         viewpoint = viewpoint if seen_from is None else seen_from
     travel_m = hopeful.cost_to_go.length_m((int(end[0]), int(end[1])))
-    utility = GoalUtility.of(score, travel_m) if score else GoalUtility.of_place(travel_m)
+    utility = GoalUtility(score, travel_m)
     doing = OBSTACLE if len(obstacle) else doing
     return Goal(GoalKind.FRONTIER, context.xy_of(viewpoint), (x, y), utility, doing)
 
