@@ -12,7 +12,7 @@ from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.evidence import update_evidence
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
-from onemap_planner.policy.ledger import Attempt, Ended, Ledger
+from onemap_planner.policy.ledger import Attempt, Ledger
 from onemap_planner.policy.move import Exploration, explore
 from onemap_planner.policy.names import found_under_other_names
 from onemap_planner.policy.outcome import Move
@@ -84,15 +84,7 @@ def decided(
 
 def visited(*places: tuple[float, float]) -> Ledger:
     """A ledger with frontiers at these places, metres, that were seen in vain."""
-    return Ledger(tuple(Attempt(GoalKind.FRONTIER, xy, xy, Ended.GIVEN_UP) for xy in places))
-
-
-def doubted(candidate: ObjectCandidate, *from_xy: tuple[float, float]) -> Ledger:
-    """A ledger with a candidate that was not confirmed from these places, metres."""
-    ledger = Ledger()
-    for xy in from_xy:
-        ledger.doubt(candidate, xy)
-    return ledger
+    return Ledger(tuple(Attempt(GoalKind.FRONTIER, xy, xy) for xy in places))
 
 
 def without(state: PlannerState, goal: Goal) -> PlannerState:

@@ -73,7 +73,7 @@ def test_the_next_object_begins_with_the_frontiers_that_were_seen() -> None:
     ledger = known()
     for kind in (GoalKind.REGION, GoalKind.DETECTION):
         ledger.give_up(goal(1.5, kind=kind))
-    ledger.begin_object()
+    ledger.forget_looks()
     assert [each.kind for each in ledger.attempts] == [GoalKind.FRONTIER]
 
 

@@ -85,7 +85,7 @@ def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> No
         if event == sm.Rejected():
             break
         assert event == sm.CandidateSelected(then)
-        tried = state.ledger.doubted_from(then.xyz[:2])
+        tried = state.ledger.looked_from(then.xyz[:2])
         assert len(tried) == looks
         viewpoint_xy = find_viewpoint(then, here, tried)
         assert viewpoint_xy is not None
@@ -182,6 +182,6 @@ def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None
     assert event == sm.CandidateSelected(now)
     while nearer_xy is not None:
         state.ledger.doubt(now, nearer_xy)
-        nearer_xy = find_viewpoint(now, context(), state.ledger.doubted_from(now.xyz[:2]))
+        nearer_xy = find_viewpoint(now, context(), state.ledger.looked_from(now.xyz[:2]))
     _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
     assert event == sm.Confirmed(now)

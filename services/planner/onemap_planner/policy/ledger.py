@@ -6,7 +6,6 @@ An option that was tried in vain is not offered again, until obstacles come or g
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import Enum
 from math import dist
 
 import numpy as np
@@ -32,32 +31,19 @@ MAX_RETURNS = 2
 Xy = tuple[float, float]
 
 
-class Ended(Enum):
-    """How an attempt ended."""
-
-    GIVEN_UP = "seen in vain, or not reached in time"
-    NOT_CONFIRMED = "seen, and not confirmed as the object"
-
-
 @dataclass(frozen=True, slots=True)
 class Attempt:
     """What was tried: a place xy, from a viewpoint from_xy, metres.
 
-    around: of what was given up, the occupancy uint8 of its surroundings then, row by row; empty
-    until the next view of the map. offered: whether it was offered again since.
+    around: the occupancy uint8 of its surroundings then, row by row; empty until the next view of
+    the map. offered: whether it was offered again since.
     """
 
     kind: GoalKind
     xy: Xy
     from_xy: Xy
-    ended: Ended
     around: bytes = b""
     offered: bool = False
-
-    @property
-    def given_up(self) -> bool:
-        """Whether it is a goal that was given up, and is not offered again."""
-        return self.ended is Ended.GIVEN_UP and not self.offered
 
     def is_near(self, xy: Xy, within_m: float) -> bool:
         """Whether its place is within ``within_m`` of another one, metres."""
@@ -74,39 +60,35 @@ class Ledger:
 
     attempts: tuple[Attempt, ...] = ()
 
-    def begin_object(self) -> None:
-        """Forget what was tried for one object only."""
-        self.attempts = tuple(
-            each
-            for each in self.attempts
-            if each.offered or (each.given_up and each.kind is GoalKind.FRONTIER)
-        )
+    def forget_looks(self) -> None:
+        """Forget what was tried for one object only: looks at regions and candidates."""
+        self.attempts = tuple(e for e in self.attempts if e.offered or e.kind is GoalKind.FRONTIER)
 
     def give_up(self, goal: Goal) -> None:
         """A goal was given up, when the robot had been there or on its way."""
-        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy, Ended.GIVEN_UP))
+        self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy))
+
+    def doubt(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
+        """A candidate could not be confirmed from a place, metres: seen from there in vain, or
+        where the robot got stuck on the way to a viewpoint."""
+        self._add(Attempt(GoalKind.DETECTION, candidate.xyz[:2], from_xy))
 
     def is_given_up(self, goal: Goal) -> bool:
         """Whether enough goals of its kind were given up near it.
 
         One visit decides about a frontier; an object may be visible from another viewpoint.
         """
-        tries = [
-            each
-            for each in self._given_up(goal.kind)
-            if each.is_near(goal.look_xy, GIVEN_UP_RADIUS_M)
-        ]
-        return len(tries) >= (1 if goal.kind is GoalKind.FRONTIER else MAX_LOOKS)
+        tries = sum(e.is_near(goal.look_xy, GIVEN_UP_RADIUS_M) for e in self._tried(goal.kind))
+        return tries >= (1 if goal.kind is GoalKind.FRONTIER else MAX_LOOKS)
 
     def tried_xy(self, kind: GoalKind) -> F64:
         """Viewpoints (T, 2), metres, of the goals of this kind that were given up."""
-        tried = [each.from_xy for each in self._given_up(kind)]
-        return np.array(tried, np.float64).reshape(-1, 2)
+        return np.array([e.from_xy for e in self._tried(kind)], np.float64).reshape(-1, 2)
 
     @property
     def looked_xy(self) -> F64:
         """Places (L, 2), metres, of the frontiers that were given up, once for each time."""
-        places = [each.xy for each in self._given_up(GoalKind.FRONTIER)]
+        places = [each.xy for each in self._tried(GoalKind.FRONTIER)]
         return np.array(places, np.float64).reshape(-1, 2)
 
     @property
@@ -117,33 +99,14 @@ class Ledger:
         often: F64 = places[(away_m <= GIVEN_UP_RADIUS_M).sum(axis=1) >= MAX_VISITS]
         return often
 
-    def doubt(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
-        """A candidate could not be confirmed from a place, metres: seen from there in vain, or
-        where the robot got stuck on the way to a viewpoint."""
-        place = candidate.xyz[:2]
-        self._add(Attempt(GoalKind.DETECTION, place, from_xy, Ended.NOT_CONFIRMED))
-
-    def doubted_from(self, xy: Xy) -> list[Xy]:
-        """Places, metres, from which a candidate at this one was not confirmed."""
-        return [
-            each.from_xy
-            for each in self.attempts
-            if each.ended is Ended.NOT_CONFIRMED and each.is_near(xy, MERGE_M)
-        ]
+    def looked_from(self, xy: Xy) -> list[Xy]:
+        """Places, metres, from which a candidate at this one was looked at in vain."""
+        return [e.from_xy for e in self._tried(GoalKind.DETECTION) if e.is_near(xy, MERGE_M)]
 
     def next_viewpoint(self, candidate: ObjectCandidate, context: PlanningContext) -> Xy | None:
         """The viewpoint (metres) of a candidate that was not tried; None if none can be reached."""
-        place = candidate.xyz[:2]
-        looks = (c for c in self._given_up(GoalKind.DETECTION) if c.is_near(place, MERGE_M))
-        looked_from = [each.from_xy for each in looks]
-        tried = [*candidate.exhausted_viewpoints, *self.doubted_from(place), *looked_from]
-        return find_viewpoint(candidate, context, tried)
-
-    def forget_looks(self) -> None:
-        """Forget regions and candidates that were given up."""
-        self.attempts = tuple(
-            e for e in self.attempts if not e.given_up or e.kind is GoalKind.FRONTIER
-        )
+        looked_from = self.looked_from(candidate.xyz[:2])
+        return find_viewpoint(candidate, context, [*candidate.exhausted_viewpoints, *looked_from])
 
     def offer_changed(self, map_view: MapView) -> None:
         """Offer again what was given up, where obstacles came or went around it since.
@@ -154,7 +117,7 @@ class Ledger:
         before = [each for each in self.attempts if each.offered]
 
         def now(each: Attempt) -> Attempt:
-            if not each.given_up:
+            if each.offered:
                 return each
             if not each.around:
                 return replace(each, around=surroundings(map_view, each.xy).tobytes())
@@ -163,8 +126,9 @@ class Ledger:
 
         self.attempts = tuple(now(each) for each in self.attempts)
 
-    def _given_up(self, kind: GoalKind) -> list[Attempt]:
-        return [each for each in self.attempts if each.given_up and each.kind is kind]
+    def _tried(self, kind: GoalKind) -> list[Attempt]:
+        """The attempts of a kind that are not offered again."""
+        return [each for each in self.attempts if each.kind is kind and not each.offered]
 
     def _add(self, attempt: Attempt) -> None:
         self.attempts = (*self.attempts, attempt)

@@ -229,7 +229,7 @@ class PlannerState:
     def begin_object(self) -> None:
         """Forget what belongs to one object only."""
         self.evidence = Evidence()
-        self.ledger.begin_object()
+        self.ledger.forget_looks()
         self.active_goal, self.idle_since_s, self.reconsidered = None, None, False
 
     def forget_map(self) -> None:

@@ -142,7 +142,7 @@ def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningCon
     shows a free line of sight.
     """
     state.ledger.doubt(candidate, context.pose.xy)
-    tried = state.ledger.doubted_from(candidate.xyz[:2])
+    tried = state.ledger.looked_from(candidate.xyz[:2])
     worth_it = candidate.similarity >= SIMILAR and len(tried) < MAX_LOOKS
     if worth_it and find_viewpoint(candidate, context, tried) is not None:
         return sm.CandidateSelected(candidate)
@@ -156,7 +156,7 @@ def _sure(state: PlannerState, candidate: ObjectCandidate, context: PlanningCont
     New sightings may have shown that its near edge is farther away than it seemed from afar.
     Where it was not confirmed from before, the robot does not go again.
     """
-    nearer_xy = find_viewpoint(candidate, context, state.ledger.doubted_from(candidate.xyz[:2]))
+    nearer_xy = find_viewpoint(candidate, context, state.ledger.looked_from(candidate.xyz[:2]))
     limit_m = APPROACH_LAST_RESORT_M + 1.2 * ARRIVE_M
     if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
         return sm.Confirmed(candidate)
