@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -12,6 +14,7 @@ from onemap_simulator.scene.scene import Scene
 SHIFT = 8  # cv2 fixed-point bits: polygons are drawn at 1/256 cell
 
 
+@lru_cache(maxsize=8)
 def occupied_cells(
     scene: Scene, cell_size_m: float, z_min: float, z_max: float
 ) -> tuple[GridSpec, Bool]:
@@ -36,6 +39,7 @@ def faces_between(scene: Scene, z_min: float, z_max: float) -> Bool:
     return near
 
 
+@lru_cache(maxsize=4)
 def outline_segments(scene: Scene, z_min: float, z_max: float) -> F64:
     """Edges (M, 2, 2) in metres, seen from above, of the triangles' parts between the heights."""
     triangles = scene.vertices[scene.faces].astype(np.float64)

@@ -38,7 +38,7 @@ class PointLight:
     colour: tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """All triangles of a scene.
 

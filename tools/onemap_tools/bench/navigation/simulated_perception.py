@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
@@ -95,7 +96,7 @@ class SimulatedEncoder:
     ) -> None:
         self._params, self._rng = params, rng
         vocabulary = load_vocabulary(folder)
-        self._table = compact_table(load_table(folder), vocabulary, params.dimension)
+        self._table = _table(folder, params.dimension)
         self._queries = QueryEncoder(vocabulary, self._table, load_calibration(folder))
         self._raw = QueryEncoder(vocabulary, self._table, load_calibration(folder), raw=True)
         self._image_mean, self._text_mean = common_components(params, rng)
@@ -143,6 +144,11 @@ class SimulatedEncoder:
         """Embeddings (objects, D) of the objects' categories."""
         categories = [thing.category for thing in scene.objects]
         return self._queries.queries(categories, encoder_id="", text_space="").embeddings
+
+
+@lru_cache(maxsize=4)
+def _table(folder: Path, dimension: int) -> EmbeddingTable:
+    return compact_table(load_table(folder), load_vocabulary(folder), dimension)
 
 
 def compact_table(table: EmbeddingTable, vocabulary: Vocabulary, dimension: int) -> EmbeddingTable:
