@@ -14,6 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from onemap_gateway.config import GatewayConfig
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import buses_of
 from onemap_mapper.service import Mapper
@@ -38,6 +39,7 @@ from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
 from onemap_simulator.service import SimulatorWorker
 from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
+from onemap_tools.virtual.asgi import VirtualGateway
 from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
 from onemap_tools.virtual.primitives import VirtualClock
@@ -79,12 +81,15 @@ class Equipment:
             "perception": PerceptionConfig,
             "mapper": MapperConfig,
             "planner": PlannerConfig,
+            "gateway": GatewayConfig,
         }
         return ServiceParts(models[service], lambda bus, _: self.worker(service, bus))
 
     def worker(self, service: str, bus: Bus) -> Worker:
         """The service's worker on this bus."""
         config = self.config
+        if service == "gateway":
+            return VirtualGateway(bus, GatewayConfig())
         if service == "simulator":
             return SimulatorWorker(bus, self.scene, config.simulator, self.renderer)
         if service == "perception":
@@ -109,7 +114,7 @@ class VirtualSystem:
 
     def __init__(self, world: VirtualWorld, equipment: Equipment) -> None:
         self.world, self.router = world, VirtualRouter(world)
-        self._equipment = equipment
+        self.equipment = equipment
         self.services: dict[str, VirtualService] = {}
         self._started: list[VirtualService] = []
         self.on_exit: Callable[[VirtualService, int], object] = lambda _service, _code: None
@@ -150,7 +155,7 @@ class VirtualSystem:
         self.world.spawn(self.user.process, "user", partial(work, self.user))
 
     def _main(self, service: VirtualService) -> None:
-        parts = self._equipment.parts(service.name)
+        parts = self.equipment.parts(service.name)
 
         def build(bus: Bus, settings: Any) -> Worker:
             service.worker = parts.build(bus, settings)
