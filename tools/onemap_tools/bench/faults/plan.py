@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 from onemap_shared.keys import (
     DETECTIONS,
@@ -18,33 +18,46 @@ from onemap_shared.keys import (
 )
 
 Kind = Literal[
-    "kill", "stall", "cut", "late", "slow", "lossy", "router", "clock", "second planner",
-    "restart", "doubled", "disordered", "frozen", "damaged",
-    "cancel", "zone", "save", "load", "clear",
+    "kill", "stall", "cut", "late", "slow", "lossy", "router", "clock", "second", "restart",
+    "power", "disk slow", "disk full", "disk torn",
+    "doubled", "silent", "disordered", "frozen", "damaged", "garbled", "not finite",
+    "jumping", "lying",
+    "cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask", "read",
 ]  # fmt: skip
-SERVICES = ("simulator", "perception", "mapper", "planner")
+Act = Literal["cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask", "read"]
+ACTS: tuple[Act, ...] = get_args(Act)  # what a user does, over HTTP
+SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
+DISKS = ("mapper", "planner")  # whose computers have one
 # How often each is drawn: what a link or a process does is where most was found.
 WEIGHTS: dict[Kind, int] = {
     "kill": 4, "stall": 4, "cut": 3, "late": 3, "slow": 2, "lossy": 2, "router": 2, "clock": 3,
-    "second planner": 1, "restart": 2, "doubled": 1, "disordered": 1, "frozen": 1, "damaged": 1,
-    "cancel": 2, "zone": 2, "save": 1, "load": 1, "clear": 1,
+    "second": 1, "restart": 2, "power": 3, "disk slow": 2, "disk full": 1, "disk torn": 2,
+    "doubled": 1, "silent": 1, "disordered": 1, "frozen": 1, "damaged": 1, "garbled": 2,
+    "not finite": 1, "jumping": 1, "lying": 1,
+    "cancel": 3, "drive": 1, "zone": 4, "name": 1, "save": 2, "load": 1, "merge": 1, "clear": 1,
+    "ask": 1, "read": 2,
 }  # fmt: skip
-STREAMS = (  # whose messages are doubled, disordered, frozen or damaged
+STREAMS = (  # whose messages are doubled, held back, disordered or frozen
     ROBOT_RGBD.key, ROBOT_ODOMETRY.key, ROBOT_CMD_VEL.key, FIELD.key, DETECTIONS.key,
     MAP_REVISION.key, SEARCH_STATE.key,
 )  # fmt: skip
-BEGIN_S, LAST_S = 4.0, 40.0  # between which something happens
+CHECKED = (ROBOT_RGBD.key, FIELD.key, DETECTIONS.key)  # and damaged: no wrong velocity can be seen
+BEGIN_S, LAST_S = 3.0, 20.0  # between which something happens
+LONGEST_S = 10.0
 MOST = 4  # incidents of a run
-APARTMENTS = 40
+APARTMENTS = 6  # making one takes as long as 5 s of a search
+FILES = ("places.bin", "objects.bin", "world.txt", "*.npz")  # that are torn, all of the name
 LATE_S, SLOW_BYTES_PER_S, LOSS = (0.05, 2.0), (20_000.0, 500_000.0), (0.05, 0.6)
 CLOCK_S = (0.05, 3600.0)
+DISK_SLOWER = (10.0, 2000.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Incident:
     """Something that happens to ``target`` at ``at_s`` and ends after ``lasts_s``.
 
-    amount: seconds of delay, or that a clock jumps, bytes per second, share that is lost.
+    amount: seconds of delay, or that a clock jumps, bytes per second, share that is lost or that
+    is left of a file, times that a disk is slower.
     """
 
     kind: Kind
@@ -61,6 +74,15 @@ class FaultPlan:
     seed: int
     apartment: int
     incidents: tuple[Incident, ...]
+
+    @property
+    def stops_arrive(self) -> bool:
+        """Whether nothing happens to what a stop passes: gateway, router, planner."""
+        apart = ("simulator", "perception", "mapper")
+        return all(
+            each.kind in ACTS or each.kind.startswith("disk") or each.target in apart
+            for each in self.incidents
+        )
 
     def smaller(self) -> Iterator[FaultPlan]:
         """Plans in which less happens, the smallest first."""
@@ -81,9 +103,12 @@ def drawn(seed: int) -> FaultPlan:
 
 
 def _drawn(kind: Kind, rng: random.Random) -> Incident:
-    at_s, lasts_s = round(rng.uniform(BEGIN_S, LAST_S), 1), round(rng.uniform(0.2, 15.0), 1)
+    at_s, lasts_s = round(rng.uniform(BEGIN_S, LAST_S), 1), round(rng.uniform(0.2, LONGEST_S), 1)
     target = rng.choice(SERVICES)
-    ranges = {"late": LATE_S, "slow": SLOW_BYTES_PER_S, "lossy": LOSS, "clock": CLOCK_S}
+    ranges = {
+        "late": LATE_S, "slow": SLOW_BYTES_PER_S, "lossy": LOSS, "clock": CLOCK_S,
+        "disk slow": DISK_SLOWER,
+    }  # fmt: skip
     amount = 0.0
     if kind in ranges:
         low, high = ranges[kind]
@@ -91,11 +116,19 @@ def _drawn(kind: Kind, rng: random.Random) -> Incident:
     if kind == "clock":
         amount *= rng.choice((-1.0, 1.0))
         target = rng.choice((*SERVICES, "all"))
-    if kind in ("doubled", "disordered", "frozen", "damaged"):
+    if kind in ("doubled", "silent", "disordered", "frozen"):
         target = rng.choice(STREAMS)
-    if kind == "damaged":  # what is checked, as a wrong velocity cannot be
-        target = rng.choice((ROBOT_RGBD.key, FIELD.key, DETECTIONS.key))
-    if kind in ("router", "second planner", "cancel", "zone", "save", "load", "clear"):
+    if kind in ("damaged", "garbled", "not finite"):
+        target = rng.choice(CHECKED)
+    if kind in ("jumping", "lying"):
+        target = ROBOT_ODOMETRY.key
+    if kind.startswith("disk"):
+        target = rng.choice(DISKS)
+    if kind == "power":
+        target = rng.choice((*DISKS, "all"))
+    if kind == "disk torn":
+        target, amount = rng.choice(FILES), round(rng.random(), 2)
+    if kind == "router" or kind in ACTS:
         target = ""
     return Incident(kind, at_s, target, lasts_s, amount)
 
