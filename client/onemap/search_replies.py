@@ -51,7 +51,9 @@ class ChoiceOption(Reply):
     xy_m: Point = Field(description="x, y of where the robot would stand.")
     score: Rounded = Field(description="Similarity expected there, 0 to 1; 0 for a place.")
     travel_m: Rounded = Field(description="Metres of way to there.")
-    utility: Rounded = Field(description="Goals are ranked by it: score and size less the way.")
+    utility: Rounded = Field(
+        description="Goals are ranked by it: the score, less for a longer way."
+    )
     chosen: bool = Field(description="Whether the robot drives there.")
 
 

@@ -399,10 +399,10 @@ def _thing(phrase: str) -> str:
     if not (name := _bare(phrase)):
         raise ValueError(f"the sentence names no object: {UNDERSTOOD}")
     if LISTED.search(name):
-        hint = "name one thing at a time, in a list of several if you want them all"
+        hint = "name one thing at a time, or give a list of several"
         raise _not_understood(name, hint)
     if CLAUSE.search(name) or name.lower() in NO_NAMES:
-        raise _not_understood(name, "this is to be the name of one thing or place")
+        raise _not_understood(name, "this must be the name of one thing or place")
     return name
 
 

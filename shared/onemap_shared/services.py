@@ -52,7 +52,7 @@ def doubled(members: Iterable[tuple[str, str]]) -> Mapping[str, tuple[str, ...]]
 
 def doubled_sentence(role: str, names: tuple[str, ...]) -> str:
     """What is wrong when several processes have one role, without what to do."""
-    return f"{len(names)} processes are the {role} ({', '.join(names)}): their messages mix"
+    return f"{len(names)} processes run as the {role} ({', '.join(names)}): their messages mix"
 
 
 @cache

@@ -30,7 +30,7 @@ def test_a_delay_that_was_always_there_keeps_the_robot_standing(delay_s: float) 
     assert outcome.moving_s == []
     assert outcome.driven_m == 0.0
     assert outcome.reason == (
-        f"waiting for the robot: a command takes longer than {LIMIT_S:g} s to it and back"
+        f"waiting for the robot: a command takes longer than {LIMIT_S:g} s there and back"
     )
 
 

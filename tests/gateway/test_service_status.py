@@ -108,7 +108,7 @@ def test_two_processes_of_one_role_are_said_and_nothing_is_ready(
     fault = service_status.find_pipeline_fault(state, 10.0, 5.0)
     assert fault is not None
     assert fault.service == role
-    assert fault.detail.startswith(f"2 processes are the {role} (")
+    assert fault.detail.startswith(f"2 processes run as the {role} (")
     assert fault.detail.endswith("): their messages mix; stop all but one of them.")
     (report,) = (each for each in service_status.assess_services(state, 10.0) if each.name == role)
     assert (report.condition, report.problem) == (service_status.DEGRADED, fault.detail)

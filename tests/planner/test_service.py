@@ -161,7 +161,7 @@ def test_it_stops_while_two_of_a_role_send(services: SimulatedServices, role: st
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     another = services.router.bus(role)
-    services.until(lambda: f"2 processes are the {role}" in services.get().reason)
+    services.until(lambda: f"2 processes run as the {role}" in services.get().reason)
     services.sent_commands()
     services.frame()
     assert not any(map(moves, services.sent_commands()))
@@ -305,7 +305,9 @@ def test_no_planner_goes_on_with_the_search_of_another(
     assert (services.get().search_id, services.get().active) == (again.search_id, True)
     assert again.continues == started.search_id
     services.caller.call(keys.SEARCH_CANCEL, SearchId(again.search_id))
-    with pytest.raises(RemoteError, match=f"{again.search_id} has continued {started.search_id}"):
+    with pytest.raises(
+        RemoteError, match=f"{started.search_id} was continued as {again.search_id}"
+    ):
         services.caller.call(keys.SEARCH_START, status.again(2.0))  # repeated after a lost answer
     assert not services.get().active
     services.planner.close()

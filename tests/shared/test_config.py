@@ -252,5 +252,5 @@ def test_two_processes_of_one_role_are_named() -> None:
     twice = doubled({*members, ("planner", "f"), ("simulator", "g"), ("robot", "h")})
     assert twice == {"robot": ("robot h", "simulator g"), "planner": ("planner a", "planner f")}
     assert doubled_sentence("robot", twice["robot"]) == (
-        "2 processes are the robot (robot h, simulator g): their messages mix"
+        "2 processes run as the robot (robot h, simulator g): their messages mix"
     )

@@ -343,7 +343,7 @@ class Mapper:
             self._world.enter(here)
         except OSError as problem:
             raise FieldRejected(
-                f"cannot keep apart in {folder} what is of another world: {problem.strerror}"
+                f"cannot set aside in {folder} what belongs to another world: {problem.strerror}"
             ) from problem
         return self._map
 

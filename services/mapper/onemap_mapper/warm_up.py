@@ -45,7 +45,9 @@ def resolved_device(device: str, clock: Clock) -> str:
             return "cuda"
         if any(sign.exists() for sign in SIGNS):
             if _comes(clock):
-                raise StartError("the GPU came late: the mapper starts again", temporary=True)
+                raise StartError(
+                    "the GPU answers only now: the mapper starts again", temporary=True
+                )
             LOG.warning("the GPU does not answer after %.0f s: the map is on the CPU", WAIT_S)
         return "cpu"
     if device.startswith("cuda") and not torch.cuda.is_available():

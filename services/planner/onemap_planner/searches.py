@@ -94,7 +94,8 @@ class SearchRegistry:
         for other in known:
             if search_id and other.continues == search_id:
                 raise RequestRejected(
-                    "conflict", f"search {other.search_id} has continued {search_id}: continue that"
+                    "conflict",
+                    f"search {search_id} was continued as {other.search_id}: continue that one",
                 )
 
     def clear_found_objects(self) -> None:

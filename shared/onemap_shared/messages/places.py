@@ -116,8 +116,8 @@ class PlacesChange(Message):
         different_names(self.named)
         if any(same_name(place.name, BACK) for place in self.named):
             raise ValueError(
-                f"no place can have the name {BACK!r}, which sends the robot back to where it "
-                "stood when the last search began: give another name"
+                f"a place cannot be called {BACK!r}, which sends the robot back to where it stood "
+                "when the last search began: give another name"
             )
 
 

@@ -349,4 +349,6 @@ def test_stop_takes_the_connections_of_the_page_itself(page: Page, robot: Robot)
     page.wait_for("!document.body.classList.contains('searching')")
     page.wait_for("ends.length === 6")
     release.set()
-    assert page.evaluate("[...new Set(ends)]") == ["Ended to stop the robot first: try again."]
+    assert page.evaluate("[...new Set(ends)]") == [
+        "This was given up to stop the robot first: try again."
+    ]

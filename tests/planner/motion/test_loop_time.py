@@ -92,7 +92,7 @@ def test_another_planner_s_robot_is_named_as_the_reason() -> None:
     assert monitor.problem(10.7, LIMIT_S) == "the robot follows another planner, instance q"
     nobody = monitor.with_odometry(odometry(0, ""), 10.7)
     assert nobody.problem(10.7, LIMIT_S) == (
-        "waiting for the robot: a command takes longer than 0.6 s to it and back"
+        "waiting for the robot: a command takes longer than 0.6 s there and back"
     )
 
 

@@ -216,7 +216,7 @@ def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None
     assert "flat has nothing that is called 'Elephant'" in out.file.getvalue()
     demo.options = replace(demo.options, objects=("the bed next to the sofa",))
     assert demo.choose_targets(out) == DemoTargets(("the bed next to the sofa",), {"bed": "bed"})
-    assert "the name alone is judged" in out.file.getvalue()
+    assert "any object of that name counts" in out.file.getvalue()
     assert not alone.named
     demo.setup.config_file.write_text("simulator: {seed: 3}\n")
     demo.options = replace(demo.options, objects=("the bed, stay out of the bathroom",))

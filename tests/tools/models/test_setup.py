@@ -128,7 +128,7 @@ def test_a_file_keeps_its_settings_and_the_same_command_again_changes_nothing(
     assert written.startswith(text)
     answer = use("coco", "--device", "cpu", "--yes")
     assert (answer.code, answer.document["changed"]) == (EXIT_OK, False)
-    assert "robot.yaml has it all already." in answer.text
+    assert "robot.yaml says so already: it was not changed." in answer.text
     assert (Path("robot.yaml").read_text(), downloads(hub)) == (written, asked)
 
 

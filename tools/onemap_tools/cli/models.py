@@ -70,7 +70,7 @@ def use(
         lines = yaml.safe_dump({"perception": document["perception"]}, sort_keys=False)
         console.print(f"{config} has now:\n{lines.rstrip()}", soft_wrap=True)
     else:
-        console.print(f"{config} has it all already.")
+        console.print(f"{config} says so already: it was not changed.")
     if document["note"]:
         console.print(document["note"], soft_wrap=True)
     console.print(f"Next: {document['next']}", soft_wrap=True)

@@ -51,7 +51,7 @@ TimeLimit = Annotated[
     float,
     typer.Option(
         min=1,
-        help="Seconds; then the search is cancelled. They begin anew when the mapper has compiled "
+        help="Seconds until the search is cancelled, counted anew once the mapper has compiled "
         "its kernels, at the first start.",
     ),
 ]
@@ -151,7 +151,10 @@ def up(
 @app.command(rich_help_panel=OPERATE)
 def certs(
     folder: Annotated[
-        Path, typer.Argument(help="Where they are written; those that last and fit are kept.")
+        Path,
+        typer.Argument(
+            help="Folder for them; those that are there, valid and for these hosts stay."
+        ),
     ],
     host: Annotated[
         list[str],

@@ -297,7 +297,7 @@ class DemoRun:
         nouns = dict.fromkeys(map(noun_of, objects))
         names = {word: scene_category(word, categories, vocabulary) for word in nouns}
         if not nouns.keys() >= set(objects):
-            console.print("Of a sentence the name alone is judged: any object of it counts.")
+            console.print("Only the name in a sentence is judged: any object of that name counts.")
         for word, name in names.items():
             if truth is not None and name not in categories:
                 unjudged = "" if truth.names_complete else ", without ground truth"

@@ -117,5 +117,5 @@ def describe(document: dict[str, Any]) -> list[str]:
         f"{document['encoder_id']}, SHA-256 {document['sha256'][:16]}..."
     ]
     if document["cut_off"]:
-        lines.append(f"{CUT_OFF} The map is of what precedes that.")
+        lines.append(f"{CUT_OFF} The map is made of what comes before that.")
     return [*lines, *document["problems"]]

@@ -37,7 +37,9 @@ Steps = Annotated[
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
-Cores = Annotated[int, typer.Option(min=1, max=256, help="Processes that render, then threads.")]
+Cores = Annotated[
+    int, typer.Option(min=1, max=256, help="Processes that render, then threads that train.")
+]
 
 DEFAULT_WORK = Path("runs/mini")
 

@@ -46,7 +46,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "content_type": (415, "The body must be JSON"),
     "misdirected": (421, "This host name is not served"),
     "invalid": (422, "The request cannot be understood"),
-    "bad_image": (422, "The image cannot be asked for"),
+    "bad_image": (422, "The image cannot be searched for"),
     "unknown_word": (422, "The encoder does not know this word"),
     "http": (400, "The request was refused"),
     "internal": (500, "The gateway failed"),

@@ -125,7 +125,8 @@ class Parts(RequestModel):
         description="What it must not be: these compete with it, in a query with each of `texts`.",
     )
     colour: ObjectName | None = Field(
-        default=None, description=f"One of {', '.join(COLOURS)}: checked in the picture of a find."
+        default=None,
+        description=f"One of {', '.join(COLOURS)}: checked on the map and in pictures of it.",
     )
 
     @property

@@ -93,7 +93,7 @@ async function attempt(method, path, body, base = BASE, timeoutMs = TIMEOUT_MS, 
       signal: AbortSignal.any([AbortSignal.timeout(timeoutMs), ...(ended ? [ended] : [])]),
     });
   } catch {
-    if (ended?.aborted) throw new ProblemError({ detail: "Ended to stop the robot first: try again." }, 0);
+    if (ended?.aborted) throw new ProblemError({ detail: "This was given up to stop the robot first: try again." }, 0);
     throw new ProblemError({ detail: "The gateway cannot be reached." }, 0);
   }
 }

@@ -208,7 +208,7 @@ class LoopMonitor:
             return ""
         if self.followed not in ("", self.instance):
             return f"the robot follows another planner, instance {self.followed}"
-        how = f"a command takes longer than {limit_s:g} s to it and back"
+        how = f"a command takes longer than {limit_s:g} s there and back"
         return waiting_for("the robot", how)
 
 

@@ -114,7 +114,7 @@ def limit_reached(
     search, budget = state.search, state.search.budget
     driven = sm.driven_m(search, observation.odometer_m)
     if budget.max_distance_m and driven >= budget.max_distance_m:
-        reason = f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m"
+        reason = f"drove {driven:.1f} m; the limit for this search is {budget.max_distance_m:g} m"
         return _failed(reason, FailureCode.DISTANCE_LIMIT)
     if budget.max_time_s and sm.elapsed_s(search, observation.now_s) >= budget.max_time_s:
         reason = f"not done within {budget.max_time_s:g} s, the limit for this search"
