@@ -101,10 +101,8 @@ def _pipeline() -> Iterator[Any]:
     except (ValueError, OSError) as problem:
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
     except Exception as problem:
-        from safetensors import SafetensorError
-
         from onemap_perception.errors import BackendError
 
-        if not isinstance(problem, BackendError | SafetensorError):
+        if not isinstance(problem, BackendError):
             raise
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem

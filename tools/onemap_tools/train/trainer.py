@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -13,9 +11,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from pydantic import TypeAdapter
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import Tensor
 from torch.optim.lr_scheduler import LambdaLR
 from torch.optim.swa_utils import AveragedModel
@@ -32,8 +27,8 @@ from onemap_tools.train.batches import (
 from onemap_tools.train.frames import FrameDataset
 from onemap_tools.train.network import MiniNetwork, load_backbone_weights
 
-CHECKPOINT = "checkpoint.safetensors"
-FORMAT = "7"  # of the checkpoint; those before hold other weights that learn, or other names
+CHECKPOINT = "checkpoint.pt"
+FORMAT = 8  # of the checkpoint: another one for other weights, or other names of them
 LOSS_WEIGHT = 0.02  # of the newest step in the reported moving average
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
@@ -56,9 +51,6 @@ class TrainingRecord:
             for name, value in asdict(self).items()
             if value != other[name]
         )
-
-
-RECORD = TypeAdapter(TrainingRecord)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,45 +143,34 @@ class TrainState:
 
     def save(self, folder: Path) -> None:
         """Write the checkpoint; an interruption while writing leaves the previous one."""
-        tensors = {f"{NETWORK}.{k}": v for k, v in self.network.state_dict().items()}
-        tensors |= {f"{AVERAGE}.{k}": v for k, v in self._average.state_dict().items()}
-        for index, state in self._optimizer.state_dict()["state"].items():
-            tensors |= {f"{OPTIMIZER}.{index}.{k}": v for k, v in state.items()}
         part = folder / f"{CHECKPOINT}.part"
-        metadata = {
+        state = {
             "format": FORMAT,
-            "step": str(self.step),
-            "record": json.dumps(asdict(self._record)),
+            "step": self.step,
+            "record": asdict(self._record),
+            NETWORK: self.network.state_dict(),
+            AVERAGE: self._average.state_dict(),
+            OPTIMIZER: self._optimizer.state_dict(),
         }
-        save_file({k: v.contiguous() for k, v in tensors.items()}, part, metadata=metadata)
+        torch.save(state, part)
         part.replace(folder / CHECKPOINT)
 
     def load(self, folder: Path) -> None:
         """Continue from the checkpoint.
 
-        Raises ValueError if an earlier release wrote it, or a training with other options: that
+        Raises ValueError if another release wrote it, or a training with other options: that
         would make a network that no command describes.
         """
-        sections: dict[str, dict[str, Tensor]] = {NETWORK: {}, AVERAGE: {}, OPTIMIZER: {}}
-        with _open_checkpoint(folder, device=str(self._device)) as file:
-            metadata = file.metadata()
-            if other := RECORD.validate_json(metadata["record"]).difference(self._record):
-                raise ValueError(
-                    f"{folder} holds a training with {other}: repeat its options, or choose "
-                    "another --work"
-                )
-            for name in file.keys():  # noqa: SIM118 - not a dict
-                section, _, key = name.partition(".")
-                sections[section][key] = file.get_tensor(name)
-        self.step = int(metadata["step"])
-        self.network.load_state_dict(sections[NETWORK])
-        self._average.load_state_dict(sections[AVERAGE])
-        state: dict[int, dict[str, Tensor]] = {}
-        for name, tensor in sections[OPTIMIZER].items():
-            index, _, key = name.partition(".")
-            state.setdefault(int(index), {})[key] = tensor
-        groups = self._optimizer.state_dict()["param_groups"]
-        self._optimizer.load_state_dict({"state": state, "param_groups": groups})
+        state = _checkpoint(folder, self._device)
+        if other := TrainingRecord(**state["record"]).difference(self._record):
+            raise ValueError(
+                f"{folder} holds a training with {other}: repeat its options, or choose "
+                "another --work"
+            )
+        self.step = state["step"]
+        self.network.load_state_dict(state[NETWORK])
+        self._average.load_state_dict(state[AVERAGE])
+        self._optimizer.load_state_dict(state[OPTIMIZER])
         self._schedule = self._schedule_from(self.step)
 
     def _schedule_from(self, step: int) -> LambdaLR:
@@ -202,30 +183,27 @@ def load_averaged_network(folder: Path) -> tuple[MiniNetwork, TrainingRecord]:
 
     ValueError without one.
     """
-    network, prefix = MiniNetwork(), f"{AVERAGE}.module."
-    with _open_checkpoint(folder) as file:
-        names = [name for name in file.keys() if name.startswith(prefix)]  # noqa: SIM118
-        network.load_state_dict({n.removeprefix(prefix): file.get_tensor(n) for n in names})
-        record = RECORD.validate_json(file.metadata()["record"])
-    return network.eval(), record
+    network, prefix, state = MiniNetwork(), "module.", _checkpoint(folder, torch.device("cpu"))
+    tensors = {n.removeprefix(prefix): t for n, t in state[AVERAGE].items() if n.startswith(prefix)}
+    network.load_state_dict(tensors)
+    return network.eval(), TrainingRecord(**state["record"])
 
 
-@contextmanager
-def _open_checkpoint(folder: Path, device: str = "cpu") -> Iterator[Any]:
-    """The checkpoint's tensors; ValueError if it is missing, damaged or of another release."""
+def _checkpoint(folder: Path, device: torch.device) -> dict[str, Any]:
+    """What was saved; ValueError if it is missing, damaged or of another release."""
     path = folder / CHECKPOINT
     if not path.is_file():
         raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train mini'")
     try:
-        opened = safe_open(path, "pt", device=device)
-    except SafetensorError as problem:
+        state = torch.load(path, map_location=device, weights_only=True)
+    except Exception as problem:  # of torch, pickle and zipfile
         raise ValueError(f"{path} is damaged: {problem}: remove it to train anew") from problem
-    with opened as file:
-        if (file.metadata() or {}).get("format") != FORMAT:
-            raise ValueError(
-                f"{path} was written by another release of onemap train: move it away to train anew"
-            )
-        yield file
+    if state.get("format") != FORMAT:
+        raise ValueError(
+            f"{path} was written by another release of onemap train: move it away to train anew"
+        )
+    checked: dict[str, Any] = state
+    return checked
 
 
 def learning_rate_factor(step: int, params: TrainParams) -> float:
