@@ -70,6 +70,15 @@ def clearances(occupied: Bool, cell_size_m: float) -> F64:
     return away
 
 
+def similarity_beyond(similarity: F32, unexplored: Bool, decay_per_cell: float) -> F64:
+    """The highest similarity of each unexplored cell, less the way to it through such cells."""
+    best = np.where(unexplored, np.nan_to_num(similarity).astype(np.float64), 0.0)
+    for start in map(tuple, np.argwhere(unexplored)):
+        ways = dijkstra(np.where(unexplored, 1.0, -1.0), start)
+        best[start] = max(0.0, float((best - decay_per_cell * ways)[unexplored].max()))
+    return best
+
+
 def area_in_view(occupied: Bool, wanted: Bool, viewpoint: I64, rays: int, steps: int) -> float:
     """Wanted cells, and those outside the grid, in sight along rays; each counts for the part of
     the ring, in cells, that its ray stands for."""

@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world import frontiers
 from onemap_planner.world.frontiers import (
+    DECAY_PER_M,
     MOST_EXPECTED,
     UNKNOWN_PRIOR,
     Frontier,
@@ -44,7 +45,21 @@ def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() 
     similarity[7, 7] = 0.9  # in E: no reason to cross the border
     (found,) = frontiers_of(*rows, similarity=similarity)
     assert not found.unknown
-    assert found.score == pytest.approx(0.7)
+    assert found.score == pytest.approx(0.7 - DECAY_PER_M * 1.3, abs=0.05)
+
+
+@settings(deadline=None)
+@given(
+    arrays(bool, (8, 9)),
+    arrays(np.float32, (8, 9), elements=st.floats(0, 1, width=32) | st.just(float("nan"))),
+)
+def test_similarity_beyond_is_that_of_the_slow_twin(beyond: np.ndarray, values: F32) -> None:
+    view = replace(OPEN, similarity=values, explored=~beyond)
+    found = frontiers._similarity_beyond(view, beyond, DECAY_PER_M)
+    expected = reference.similarity_beyond(values, beyond, DECAY_PER_M * 0.1)
+    expected[expected < frontiers.LEAST_SIMILARITY - 1e-9] = 0.0
+    at_limit = np.abs(expected - frontiers.LEAST_SIMILARITY) < 1e-6
+    np.testing.assert_allclose(found[~at_limit], expected[~at_limit], atol=1e-8)
 
 
 @settings(deadline=None)

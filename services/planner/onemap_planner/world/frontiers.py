@@ -33,6 +33,9 @@ VIEW_M = 4.0
 # Square metres of unknown space in view for which the prior is expected: a room. More counts in
 # proportion: a pocket behind a chair shows 0.3.
 VIEW_SCALE_M2 = 16.0
+# Similarity that a cell beyond the border loses per metre of way from it: a certain match counts
+# for 2.7 m, one below the prior of the unknown sooner.
+DECAY_PER_M = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +43,9 @@ class Frontier:
     """A segment of a border.
 
     cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
-    directly beyond; score in [0, 1]: the highest similarity of the part of O - E there, and for a
-    border of the unknown at least what the unknown area in view lets expect; ``unknown`` names the
-    kind of border.
+    directly beyond; score in [0, 1]: the highest similarity in O - E reachable there, less
+    the way to it, and for a border of the unknown at least what the unknown area in view lets
+    expect; ``unknown`` names the kind of border.
     """
 
     cells: I64
@@ -75,6 +78,10 @@ def area_in_view(map_view: MapView, wanted: Bool, viewpoints: I64, range_m: floa
     return area
 
 
+LEAST_SIMILARITY = 0.05  # less is worth no metre of way
+NEIGHBOURS: I64 = np.delete(np.argwhere(CONNECTIVITY_8) - 1, 4, axis=0)
+
+
 def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     """All frontiers on known free floor, long ones cut; in a fixed order."""
     area_m2 = map_view.cell_area_m2
@@ -84,7 +91,7 @@ def find_frontiers(map_view: MapView, costmap: Costmap) -> tuple[Frontier, ...]:
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, MIN_BEYOND_M2, area_m2)
     telling = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.near_trail
-    similarity_beyond = _similarity_beyond(map_view, unexplored)
+    similarity_beyond = _similarity_beyond(map_view, unexplored, DECAY_PER_M)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
     for beyond, on_this_side, is_unknown in (
@@ -158,14 +165,32 @@ def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bo
     return kept
 
 
-def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
-    """(nx, ny): for cells of O - E the highest similarity of their component; else 0."""
-    count, parts = cv2.connectedComponents(unexplored.astype(np.uint8), connectivity=8)
-    part: I64 = parts[unexplored].astype(np.int64)
-    highest = np.zeros(count, np.float32)
-    np.maximum.at(highest, part, np.nan_to_num(map_view.similarity[unexplored], nan=0.0))
+def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) -> F64:
+    """(nx, ny): for cells of O - E the highest similarity, less the way to it; else 0.
+
+    The way runs through O - E alone. What each cell lacks to 1 goes on to its neighbours, with the
+    step added, as long as any of them gets less by it: soon few do.
+    """
+    unpadded = np.s_[1:-1, 1:-1]
+    lacking = np.full(np.add(unexplored.shape, 2), -np.inf)  # nothing goes on into other cells
+    similarity = np.nan_to_num(map_view.similarity[unexplored], nan=0.0).astype(np.float64)
+    lacking[unpadded][unexplored] = np.maximum(1.0 - similarity, 1e-9)
+    flat, most = lacking.ravel(), 1.0 - LEAST_SIMILARITY
+    decays = np.hypot(*NEIGHBOURS.T) * decay_per_m * map_view.grid.cell_size_m
+    jumps = NEIGHBOURS @ np.array([unexplored.shape[1] + 2, 1])
+    less = np.isfinite(flat)
+    while less.any():
+        cells = np.flatnonzero(less)
+        cells = cells[flat[cells] <= most]
+        passed_on, less = flat[cells], np.zeros(flat.shape, bool)
+        for jump, decay in zip(jumps, decays, strict=True):
+            there, left = cells + jump, passed_on + decay
+            better = left < flat[there]
+            flat[there[better]] = left[better]
+            less[there[better]] = True
+    lost = lacking[unpadded][unexplored]
     value = np.zeros(unexplored.shape)
-    value[unexplored] = highest[part]
+    value[unexplored] = np.where(lost <= most, np.clip(1.0 - lost, 0.0, 1.0), 0.0)
     return value
 
 
