@@ -105,7 +105,7 @@ def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:
 
     The goal of its kind that shares the most cells with it, since the middle of a border jumps
     when a part of it was seen or it is cut elsewhere; cells up to ``GROWTH_CELLS`` away count,
-    because a border recedes. Without any such, the first within ``same_goal_m``.
+    because a border recedes. Without any such, the first within ``SAME_GOAL_M``.
     """
     alike = [goal for goal in goals if goal.kind is earlier.kind]
     around = grown(earlier.cells)

@@ -319,7 +319,7 @@ def merge_sightings(
 
 
 def is_same_object(candidate: ObjectCandidate, sighting: Sighting) -> bool:
-    """Whether they are one object: within ``merge_m``, or on common cells."""
+    """Whether they are one object: within ``MERGE_M``, or on common cells."""
     return candidate.distance_m(sighting.xyz) <= MERGE_M or not candidate.cells.isdisjoint(
         sighting.cells
     )

@@ -21,7 +21,7 @@ from onemap_shared.messages import Occupancy
 MIN_LENGTH_M = 0.4  # shorter borders are gaps that the robot cannot pass
 MAX_LENGTH_M = 2.5  # longer borders are cut, so that each piece has a middle near it
 MIN_BEYOND_M2 = 0.15  # smaller unknown or unexplored spots are noise
-# Similarity expected in ``view_scale_m2`` of unknown space: above the usual 0.1 of other objects,
+# Similarity expected in ``VIEW_SCALE_M2`` of unknown space: above the usual 0.1 of other objects,
 # so that the unknown is preferred to a second look at them.
 UNKNOWN_PRIOR = 0.2
 # Similarity that no unknown space exceeds, however large: what is clearly like the object comes
