@@ -95,6 +95,21 @@ def test_a_coloured_thing_is_found_only_where_its_colour_is(stands: str) -> None
     assert (told.scores[0] > 0.9, condition.evidence) == (True, f"not {other}")
 
 
+def test_one_answer_is_the_one_that_fits() -> None:
+    """A sofa whose colour is not known ranks above a red one."""
+    field, lab = seen(0, None), np.full((6, 8, 3), np.nan, np.float32)
+    features = np.tile(WALL, (6, 8, 1))
+    features[2:4, 0:2] = features[2:4, 6:8] = SOFA
+    lab[:, 5:] = RED * np.array([0.2, 0.8, 0.8], np.float32)  # so dark that it is hardly red
+    field = replace(field, features=features.astype(np.float16), colours=packed(lab))
+    scored = MapScores(scenes.mapped(field)).of([QUERY])
+    for most, held in ((2, [m.Holds.YES, m.Holds.NOT_CHECKED]), (1, [m.Holds.YES])):
+        request = m.SimilarityRequest("sofa", detail=m.Detail(colour="red"), max_regions=most)
+        reply = similarity_reply(scored, request=request)
+        assert [each.holds for each in reply.whereabouts] == held
+        assert len(reply.scores) == len(reply.centres_m) == most
+
+
 def test_where_no_colour_is_known_none_is_found() -> None:
     told = answer(scenes.mapped(seen(0, None)), "blue")
     assert told.verdict.verdict is not m.Verdict.FOUND

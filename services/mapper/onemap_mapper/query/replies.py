@@ -48,6 +48,7 @@ from onemap_shared.messages import (
 
 NO_GRID: F32 = np.zeros((0, 0), np.float32)
 NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
+CHECKED = 20  # candidates that are checked, whatever few are asked for: what fails hides nothing
 PREFERRED = (Holds.YES, Holds.NOT_KNOWN, Holds.NOT_CHECKED, Holds.NO)  # answers, in this order
 
 
@@ -85,12 +86,14 @@ def similarity_reply(
     """Ranked regions that score at least the text's floor, and the grid if requested.
 
     scored: a map that is not empty, with the scores of the text, then those of its negatives, of
-    the anchors of its detail, and of the landmarks. Regions that are as described come first.
-    The verdict is left to ``judged``.
+    the anchors of its detail, and of the landmarks. Regions that are as described come first, of
+    ``CHECKED`` or more. The verdict is left to ``judged``.
     """
     version, asked = scored.version, _Asked.of(scored.texts, request, landmarks)
-    regions, best_score, grid_scores = _candidates(scored, asked, request, known.places)
     described = request.detail != NO_DETAIL or bool(request.negatives)
+    most = max(request.max_regions, CHECKED) if described else request.max_regions
+    sought = replace(request, max_regions=most)
+    regions, best_score, grid_scores = _candidates(scored, asked, sought, known.places)
     where = whereabouts(
         version,
         request,
@@ -100,6 +103,7 @@ def similarity_reply(
         landmarks={name: version.to_grid(text.scores) for name, text in asked.landmarks.items()},
     )
     order = sorted(range(len(where)), key=lambda index: PREFERRED.index(where[index].holds))
+    order = order[: request.max_regions]
     regions = regions.taken(order)
     outlines = [outline(cells, version.grid) for cells in regions.cells]
     rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]
