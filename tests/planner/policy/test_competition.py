@@ -91,7 +91,8 @@ def test_found_objects_are_kept_up_to_a_limit_from_one_search_to_the_next() -> N
     state = PlannerState(new_search("a", ("bed",), STAMP, 0))
     for _ in range(MAX_FOUND_OBJECTS + 3):
         state.find(candidate(PILLOW))
-    assert state.found_objects == (FoundObject("bed", PILLOW),) * MAX_FOUND_OBJECTS
+    found = FoundObject("bed", PILLOW, candidate(PILLOW).xyz[2])
+    assert state.found_objects == (found,) * MAX_FOUND_OBJECTS
     registry = SearchRegistry(SystemClock())
     registry.start(new_search("a", ("bed",), STAMP, 0))
     taken = registry.state

@@ -95,13 +95,16 @@ def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
 def test_heights_tell_on_from_under(kind: m.RelationKind, z: float, holds: bool) -> None:
     bed = replace(candidate(2.45, 2.45), xyz=(2.45, 2.45, 0.4))
     lamp = replace(candidate(2.25, 2.25), xyz=(2.25, 2.25, z))
-    evidence = Evidence(anchors={"bed": (bed,)})
-    side = "lower" if kind is ON else "higher"
-    assert checked(lamp, seen_in_room(related(kind)), evidence) == (
+    here, side = seen_in_room(related(kind)), "lower" if kind is ON else "higher"
+    expected = (
         (YES, (f"{kind} the bed",), ())
         if holds
         else (NO, (), (f"not {kind} a bed: it is {side} than the one there",))
     )
+    assert checked(lamp, here, Evidence(anchors={"bed": (bed,)})) == expected
+    state = replace(planner_state(), search=replace(planner_state().search, objects=("bed",)))
+    state.find(bed)
+    assert checked(lamp, here, found=state.found_objects) == expected
 
 
 def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:

@@ -54,7 +54,7 @@ def _surroundings(
         detected = (c for c in evidence.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS)
         things[name] = [Thing(map_view.indices_of(c.surface), c.xyz[2]) for c in detected]
         found = (each for each in found_objects if same_name(each.name, name))
-        things[name] += [Thing(map_view.indices_of(each.cells)) for each in found]
+        things[name] += [Thing(map_view.indices_of(each.cells), each.height_m) for each in found]
     return Surroundings(
         map_view.grid,
         map_view.occupancy,

@@ -7,6 +7,7 @@ it is.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import nan
 
 import numpy as np
 
@@ -38,10 +39,12 @@ MAX_FOUND_OBJECTS = 64  # the newest are kept
 
 @dataclass(frozen=True, slots=True)
 class FoundObject:
-    """A confirmed object: its name and the world cells that supported it."""
+    """A confirmed object: its name, the world cells that supported it, and the height of its
+    middle in metres, NaN: not known."""
 
     name: str
     cells: WorldCells
+    height_m: float = nan
 
 
 # Pairs of normalised names that mean the same and therefore do not compete.
@@ -240,7 +243,7 @@ class PlannerState:
 
     def find(self, candidate: ObjectCandidate) -> None:
         """Remember a candidate just confirmed as the present object."""
-        found = FoundObject(self.search.target, candidate.cells)
+        found = FoundObject(self.search.target, candidate.cells, candidate.xyz[2])
         self.found_objects = (*self.found_objects, found)[-MAX_FOUND_OBJECTS:]
 
     def landmarks(self, context: PlanningContext) -> Landmarks:
