@@ -105,6 +105,18 @@ def wrong(conditions: Sequence[CheckedCondition]) -> tuple[str, ...]:
     return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)
 
 
+def is_excluded(conditions: Sequence[CheckedCondition], detail: Detail) -> bool:
+    """Whether a checked thing is one of the names that a description excludes."""
+    if not detail.negatives:
+        return False
+    none = _none_of(detail.negatives)
+    return any(each.what == none and each.holds is Holds.NO for each in conditions)
+
+
+def _none_of(negatives: Sequence[str]) -> str:
+    return f"not {' or '.join(map(a, negatives))}"
+
+
 def _relation(relation: Relation, thing: Thing, around: Surroundings) -> CheckedCondition:
     kind = relation.kind
     what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
@@ -244,8 +256,7 @@ def _excluded(
 
     What the map does not agree with at all tells nothing of them; the detector lets them compete.
     """
-    names = " or ".join(map(a, negatives))
-    what = f"not {names}"
+    names, what = " or ".join(map(a, negatives)), _none_of(negatives)
     if candidate.alone:
         return CheckedCondition(what, Holds.YES, f"{what}, by the detector alone")
     similarity = around.similarity[tuple(candidate.thing.cells.T)]

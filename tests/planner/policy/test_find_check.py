@@ -13,6 +13,8 @@ from PIL import Image
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.state import Evidence, FoundObject
+from onemap_planner.policy.tell import finds_of, other_object
+from onemap_planner.search.state_machine import EventStamp
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
 from onemap_shared import messages as m
@@ -176,6 +178,25 @@ def test_what_loses_against_an_excluded_name_on_the_map_is_one_of_it() -> None:
         seen[x, y] = similarity
         map_view = replace(here.map_view, similarity=seen)
         assert checked(there, replace(here, map_view=map_view)) == expected
+
+
+def test_one_of_the_excluded_names_is_not_kept_under_the_name() -> None:
+    detail, there = m.Detail(negatives=("stool",)), candidate(1.0, 2.0)
+    state = planner_state()
+    state.search = replace(state.search, details=(detail,))
+    here = seen_in_room(detail)
+    x, y = here.map_view.indices_of(there.surface).T
+    for similarity, kept in ((0.1, False), (np.nan, True)):
+        seen = here.map_view.similarity.copy()
+        seen[x, y] = similarity
+        here = replace(here, map_view=replace(here.map_view, similarity=seen))
+        ending = other_object(state, there, check_find(there, here, Evidence()))
+        after = state.copy()
+        after.apply(ending, EventStamp(1.0, 1.0, (1.0, 1.0), 0.0))
+        (result,) = after.search.results
+        assert (result.outcome, result.position_m) == (m.SearchState.FOUND_OTHER, there.xyz)
+        assert bool(after.found_objects) == kept
+        assert bool(finds_of(state.search, [ending], ROOM.grid)) == kept
 
 
 RGB = {"white": (235, 235, 230), "brown": (110, 70, 40), "red": (190, 30, 35)}

@@ -217,8 +217,8 @@ class PlannerState:
 
     def apply(self, event: sm.Event, stamp: sm.EventStamp) -> None:
         """Take in the event; the next object begins without evidence."""
-        if isinstance(event, sm.Confirmed | sm.Ending) and event.candidate is not None:
-            self.find(event.candidate)
+        if (found := sm.found_by(event)) is not None:
+            self.find(found)
         search = sm.transition(self.search, event, stamp)
         if search.index != self.search.index:
             self.begin_object()

@@ -16,7 +16,7 @@ from onemap_planner.policy.names import found_object_at, found_under_other_names
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.state_machine import Confirmed, Ending, Event, Search
+from onemap_planner.search.state_machine import Ending, Event, Search, found_by
 from onemap_planner.sentences import (
     CREEPS_CLOSE_BY,
     KEPT,
@@ -32,7 +32,7 @@ from onemap_planner.sentences import (
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.distances import distance_cells
-from onemap_shared.conditions import told, wrong
+from onemap_shared.conditions import is_excluded, told, wrong
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
@@ -240,8 +240,13 @@ def other_object(
     state: PlannerState, candidate: ObjectCandidate, conditions: Sequence[CheckedCondition]
 ) -> Ending:
     """The end of a search that found another object of the name, or one not known to be it."""
-    reason = found_other(state.search.target, wrong(conditions))
-    return Ending(SearchState.FOUND_OTHER, reason, candidate=candidate, checks=told(conditions))
+    return Ending(
+        SearchState.FOUND_OTHER,
+        found_other(state.search.target, wrong(conditions)),
+        candidate=candidate,
+        checks=told(conditions),
+        excluded=is_excluded(conditions, state.search.detail),
+    )
 
 
 def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[ObjectFind, ...]:
@@ -249,7 +254,6 @@ def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[O
 
     search: before the events.
     """
-    found = [event.candidate for event in events if isinstance(event, Confirmed | Ending)]
     return tuple(
         ObjectFind(
             name=search.target,
@@ -261,7 +265,7 @@ def finds_of(search: Search, events: Iterable[Event], grid: GridSpec) -> tuple[O
             box_px=candidate.best_view.box_px if candidate.best_view else (),
             picture=candidate.best_view.picture if candidate.best_view else b"",
         )
-        for candidate in found
+        for candidate in map(found_by, events)
         if candidate is not None
     )
 

@@ -297,7 +297,7 @@ class Ending:
     """The search for the present object, or the drive, ends.
 
     coverage: what was looked at; candidate: what was found; whole: no other object is searched for;
-    checks: which parts of its description hold.
+    checks: which parts of its description hold; excluded: it is one of the names that are excluded.
     """
 
     outcome: SearchState
@@ -307,6 +307,7 @@ class Ending:
     candidate: ObjectCandidate | None = None
     whole: bool = False
     checks: tuple[str, ...] = ()
+    excluded: bool = False
 
 
 CANCELLED = Ending(SearchState.CANCELLED, "cancelled", whole=True)
@@ -322,6 +323,13 @@ Event = (
     | Rejected
     | Ending
 )
+
+
+def found_by(event: Event) -> ObjectCandidate | None:
+    """What an event shows to be kept under the name of the present object; None if nothing."""
+    if isinstance(event, Ending):
+        return None if event.excluded else event.candidate
+    return event.candidate if isinstance(event, Confirmed) else None
 
 
 def new_search(
