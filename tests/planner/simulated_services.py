@@ -66,7 +66,7 @@ class SimulatedServices:
         self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
         self.serve_places(NOWHERE)
         self.perception = self.router.bus("p")
-        self.perception.serve(keys.EMBED_TEXT, self._embed)
+        self.perception.serve(keys.EMBED_TEXT, embeddings)
         self.config = config
         self.count = self.places_version = 0
         self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
@@ -110,21 +110,10 @@ class SimulatedServices:
         self.resets.append(request.search_id)
         return MapSummary("", "mini", "mini", 0.1, 1, 1)
 
-    def _embed(self, request: TextRequest) -> TextEmbeddings:
-        """As an encoder that does not know 'flurb'."""
-        if "flurb" in request.texts:
-            unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
-            raise RequestRejected(
-                "unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown
-            )
-        rows = np.ones((len(request.texts), 1), np.float32)
-        mask = np.zeros((len(rows), 0), np.uint8)
-        return TextEmbeddings("mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2)
-
     def frame(self, *, odometry: bool = True, revision: bool = True) -> None:
         """One message of each; the planner takes them and waits for its next command."""
         self.count += 1
-        stamp_ns = CLOCK_NS + self.count * 50_000_000
+        stamp_ns = self.newest_ns
         if odometry:
             echo = self._obey(stamp_ns)
             known = Odometry(next(self.numbers), stamp_ns, self.pose, 0.0, 0.0, False, *echo)
@@ -139,6 +128,11 @@ class SimulatedServices:
             )
         self.planner.step(0.0)
         self.planner.step(0.05)
+
+    @property
+    def newest_ns(self) -> int:
+        """Capture time of the newest frame."""
+        return CLOCK_NS + self.count * 50_000_000
 
     def _obey(self, stamp_ns: int) -> tuple[str, int]:
         """The robot takes its newest command; what its odometry says of it."""
@@ -170,6 +164,16 @@ class SimulatedServices:
         while (command := self.commands.take(0.0)) is not None:
             taken.append(command)
         return taken
+
+
+def embeddings(request: TextRequest) -> TextEmbeddings:
+    """As of an encoder that does not know 'flurb'."""
+    if "flurb" in request.texts:
+        unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
+        raise RequestRejected("unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown)
+    rows = np.ones((len(request.texts), 1), np.float32)
+    mask = np.zeros((len(rows), 0), np.uint8)
+    return TextEmbeddings("mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2)
 
 
 def confirm(planner: Planner, candidate: ObjectCandidate) -> None:

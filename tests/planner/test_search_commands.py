@@ -22,7 +22,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError
 from tests.planner.drawn_maps import places_of
-from tests.planner.simulated_services import ROOM, SimulatedServices
+from tests.planner.simulated_services import ROOM, SimulatedServices, embeddings
 
 
 def test_names_are_checked_before_the_robot_moves(services: SimulatedServices) -> None:
@@ -68,7 +68,7 @@ def test_a_perception_that_hangs_is_named(
 
     def hang(request: TextRequest) -> TextEmbeddings:
         released.wait(60.0)
-        return services._embed(request)
+        return embeddings(request)
 
     services.perception.serve(keys.EMBED_TEXT, hang)
     with pytest.raises(RemoteError, match="in time") as caught:

@@ -114,17 +114,17 @@ class LatestInputs:
     camera: CameraView = USUAL_CAMERA
     offset_m: float = 0.0
 
-    def ages(self, now_s: float) -> InputAges:
-        """Ages of odometry and map at ``now_s``."""
+    def ages(self, now_s: float, frame_ns: int = 0) -> InputAges:
+        """Ages of odometry and map at ``now_s``; frame_ns: of the view that is planned on."""
         rate_hz = 0.0
         if self.revision is not None:  # at the last frame: a pause makes the map old, not slow
             rate_hz = self.map_rate.rate_hz(self.revision.at_s)
         period_s = 1.0 / rate_hz if rate_hz > 0 else math.inf
-        return ages(self.odometry, self.revision, now_s, period_s)
+        return ages(self.odometry, self.revision, now_s, period_s, frame_ns)
 
-    def stale_reason(self, now_s: float, params: StalenessParams) -> str:
-        """Why the robot must stop; empty if it may move."""
-        stale = stale_reason(self.ages(now_s), params)
+    def stale_reason(self, now_s: float, params: StalenessParams, frame_ns: int = 0) -> str:
+        """Why the robot must stop; empty if it may move. frame_ns: see ``ages``."""
+        stale = stale_reason(self.ages(now_s, frame_ns), params)
         stale = stale and (self.starts(now_s) or stale)
         return self.mixed or self.hold or stale or self._late_reason(now_s, params)
 
@@ -137,15 +137,18 @@ class LatestInputs:
         return self.start if now_s - self.start_at_s <= START_TOLD_S else ""
 
     def for_controller(
-        self, search_id: str, now_s: float, params: StalenessParams
+        self, search_id: str, now_s: float, params: StalenessParams, frame_ns: int = 0
     ) -> ControllerInputs:
-        """What the velocity controller needs at ``now_s``; the id is empty without a search."""
+        """What the velocity controller needs at ``now_s``; the id is empty without a search.
+
+        frame_ns: of the plan that it follows.
+        """
         return ControllerInputs(
             now_s=now_s,
             search_id=search_id,
             pose=self.pose and self.loop.predicted(self.pose, now_s, USUAL_LOOP_S),
-            stale_reason=self.stale_reason(now_s, params),
-            map_age_s=self.ages(now_s).map_content_s,
+            stale_reason=self.stale_reason(now_s, params, frame_ns),
+            map_age_s=self.ages(now_s, frame_ns).map_content_s,
             confirmed=self.loop.confirmed(now_s),
             loop_s=self.loop.loop_s(now_s),
             delivery_s=USUAL_DELIVERY_S + (0.0 if self.loop.named else 2 * self.delay.excess_s),

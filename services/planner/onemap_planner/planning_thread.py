@@ -17,6 +17,7 @@ import numpy as np
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
+from onemap_planner.motion.staleness import view_problem
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
 from onemap_planner.policy.names import view_request
@@ -216,8 +217,7 @@ class PlanningResult:
     """The newest result of planning.
 
     stale_reason: why there is no view of the map, empty if there is one; view_at_s: when the
-    last view was used, None before the first; goals: number of frontiers and regions; frame_ns:
-    capture time of the newest frame in the view that the plan rests on, 0 without one.
+    last view was used, None before the first; goals: number of frontiers and regions.
     """
 
     plan: Plan | None = None
@@ -225,7 +225,6 @@ class PlanningResult:
     plan_ms: float = 0.0
     view_at_s: float | None = None
     goals: int = 0
-    frame_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,14 +316,14 @@ class PlanningThread:
 
     def _plan(self, state: PlannerState) -> None:
         """One planning step on a new view of the map."""
+        asked_s = self._clock.monotonic_s()  # what the view shows is no newer than its request
         view: PlanningView | None = None
         anchor_views: tuple[PlanningView, ...] = ()
         stale_reason = ""
         try:
-            asked = self._request_view(state)
             anchors = state.search.detail.anchors
             anchor_views = tuple(self._views.view(SearchViewRequest(name)) for name in anchors)
-            view = asked
+            view = self._request_view(state)  # the last, since the robot drives on it
         except RemoteError as problem:
             if problem.code in PERMANENT_ERRORS:
                 self._fail_target(state, str(problem), PERMANENT_ERRORS[problem.code])
@@ -337,8 +336,8 @@ class PlanningThread:
         if view is not None:
             stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
         now, now_s = self._now(), self._clock.monotonic_s()
-        if view is not None and now.inputs.pose is not None:
-            stale_reason = stale_reason or outside_reason(view, now.inputs.pose.xy)
+        if view is not None:
+            stale_reason = stale_reason or self._unusable(view, now.inputs, now_s)
         if stale_reason:
             stale_reason = now.inputs.starts(now_s) or stale_reason
             view = None
@@ -368,26 +367,36 @@ class PlanningThread:
         if not self._registry.compare_and_swap(state, next_state):
             return
         result = replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
-        if decision is not None:  # without one the old plan ages, and so does its frame
-            result = replace(result, frame_ns=view.stamp_ns if view is not None else 0)
-        self._publish(next_state, decision, result)
+        frame_ns = view.stamp_ns if view is not None else 0
+        self._publish(next_state, decision, result, asked_s=asked_s, frame_ns=frame_ns)
         if view is not None:  # without one the mapper would not answer this call either
             self._finds.send()
 
+    def _unusable(self, view: PlanningView, inputs: LatestInputs, now_s: float) -> str:
+        """Why nothing is planned on this view, which may have come late; empty if it can be."""
+        outside = outside_reason(view, inputs.pose.xy) if inputs.pose is not None else ""
+        return outside or view_problem(inputs.ages(now_s, view.stamp_ns), self._params.staleness)
+
     def _publish(
-        self, state: PlannerState, decision: Decision | None, result: PlanningResult
+        self,
+        state: PlannerState,
+        decision: Decision | None,
+        result: PlanningResult,
+        *,
+        asked_s: float,
+        frame_ns: int,
     ) -> None:
         """Replace the result and publish the path; without a decision the old plan ages.
 
         A plan that was overtaken by a change of the places is none.
         """
         if decision is not None and self._places.version == self._now().inputs.places_version:
-            now_s, search_id = self._clock.monotonic_s(), state.search.search_id
+            search_id, motion, costmap = state.search.search_id, decision.motion, decision.costmap
             offered, version = decision.goal_candidates, self._places.version
             result = replace(
                 result,
-                plan=Plan(search_id, decision.motion, decision.costmap, now_s, version),
-                view_at_s=now_s,
+                plan=Plan(search_id, motion, costmap, asked_s, version, frame_ns),
+                view_at_s=self._clock.monotonic_s(),
                 goals=len(offered.frontiers) + len(offered.regions),
             )
             self._paths.put(planned_path(state.search, decision, self._clock.wall_ns()))

@@ -214,17 +214,18 @@ class Planner:
     def _control(self, now_s: float) -> None:
         state = self._registry.state
         search_id = state.search.search_id if state is not None and state.search.active else ""
-        inputs = self._inputs.for_controller(search_id, now_s, self._config.staleness)
         result = self._controlled = self._planning_thread.result
+        frame_ns = result.plan.frame_ns if result.plan is not None else 0
+        limits = self._config.staleness
+        inputs = self._inputs.for_controller(search_id, now_s, limits, frame_ns)
         self._controller, send = self._controller.update(
             result.plan,
             inputs,
             self._config.drive,
-            max_plan_age_s=self._config.staleness.max_plan_age_s,
+            max_plan_age_s=limits.max_plan_age_s,
         )
         if send:
-            frame_ns = result.frame_ns if inputs.may_move else 0
-            self._send(self._controller.command, frame_ns)
+            self._send(self._controller.command, frame_ns if inputs.may_move else 0)
 
     def _thread_inputs(self) -> ThreadInputs:
         controller = self._controller

@@ -17,23 +17,26 @@ from tests.planner.drawn_maps import PARAMS
 
 SECOND = 1_000_000_000
 LIMITS = PARAMS.staleness
-AT_THE_LIMIT = InputAges(LIMITS.max_odometry_age_s, LIMITS.min_map_age_s, 1.0)
+AT_THE_LIMIT = InputAges(LIMITS.max_odometry_age_s, LIMITS.min_map_age_s, 1.0, inf, 1.5)
 seconds = st.one_of(
     st.floats(0, 3),
     st.sampled_from([inf, *(getattr(AT_THE_LIMIT, n) for n in InputAges.__slots__)]),
 )
 
 
-@given(seconds, seconds, seconds)
+@given(seconds, seconds, seconds, seconds)
 def test_every_age_above_its_limit_stops_the_robot(
-    odometry_s: float, map_s: float, map_lag_s: float
+    odometry_s: float, map_s: float, map_lag_s: float, view_lag_s: float
 ) -> None:
+    lag_s = LIMITS.map_lag_factor * LIMITS.min_map_age_s
     exceeded = (
         odometry_s > LIMITS.max_odometry_age_s
         or map_s > LIMITS.min_map_age_s
-        or map_lag_s > LIMITS.map_lag_factor * LIMITS.min_map_age_s
+        or map_lag_s > lag_s
+        or view_lag_s > lag_s + LIMITS.max_view_lag_s
     )
-    assert bool(stale_reason(InputAges(odometry_s, map_s, map_lag_s), LIMITS)) == exceeded
+    age = InputAges(odometry_s, map_s, map_lag_s, inf, view_lag_s)
+    assert bool(stale_reason(age, LIMITS)) == exceeded
 
 
 def test_ages_at_their_limits_are_fresh() -> None:

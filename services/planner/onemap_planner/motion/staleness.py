@@ -62,6 +62,9 @@ class StalenessParams(Params):
     # robot, over the age that the map may have: encoding and fusing take as long as the wait for
     # the next frame where they are the slowest step. 1 s at 4 Hz.
     map_lag_factor: ClassVar[float] = 2.0
+    # Seconds by which the plan that is followed may show the world of longer ago than that: two
+    # planning periods, for the next one is made meanwhile, on a busy machine late.
+    max_view_lag_s: ClassVar[float] = 0.5
     # Seconds that the map's newest frame may be stamped after the robot's clock now, which odometry
     # on its way tells too early.
     max_map_ahead_s: ClassVar[float] = 0.1
@@ -73,18 +76,20 @@ class StalenessParams(Params):
 class InputAges:
     """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp,
     below 0 where a clock was set, infinity for a map without a frame of this robot; map_period_s:
-    between new frames in the map, infinity before it was measured."""
+    between new frames in the map, infinity before it was measured; view_lag_s: as map_lag_s, of the
+    view of the map that is planned on, minus infinity without one."""
 
     odometry_s: float
     map_s: float
     map_lag_s: float
     map_period_s: float = math.inf
+    view_lag_s: float = -math.inf
 
     @property
     def map_content_s(self) -> float:
         """How old what the map shows may become before the next frame, as far as it is known."""
         period_s = self.map_period_s if math.isfinite(self.map_period_s) else 0.0
-        return max(self.map_s, self.map_lag_s, period_s)
+        return max(self.map_s, self.map_lag_s, self.view_lag_s, period_s)
 
 
 def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
@@ -93,16 +98,25 @@ def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
 
 
 def ages(
-    odometry: Arrival | None, revision: Arrival | None, now_s: float, map_period_s: float = math.inf
+    odometry: Arrival | None,
+    revision: Arrival | None,
+    now_s: float,
+    map_period_s: float = math.inf,
+    frame_ns: int = 0,
 ) -> InputAges:
-    """Ages at ``now_s``. A lag below 0: the map's frame is stamped after the newest odometry."""
+    """Ages at ``now_s``. A lag below 0: the map's frame is stamped after the newest odometry.
+
+    frame_ns: of the newest frame in the view of the map that is planned on, 0 for none.
+    """
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
-    lag_s = math.inf
+    lag_s, view_lag_s = math.inf, -math.inf
+    # Both ages count from now: what is late in coming is not held against the map twice.
     if odometry and revision and revision.stamp_ns:
-        # Both ages count from now: what is late in coming is not held against the map twice.
         lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
-    return InputAges(odometry_s, map_s, lag_s, map_period_s)
+    if odometry and frame_ns:
+        view_lag_s = (odometry.stamp_ns - frame_ns) * 1e-9 + odometry_s
+    return InputAges(odometry_s, map_s, lag_s, map_period_s, view_lag_s)
 
 
 def map_age_limit_s(period_s: float, params: StalenessParams) -> float:
@@ -111,20 +125,30 @@ def map_age_limit_s(period_s: float, params: StalenessParams) -> float:
     return min(max(periods_s, params.min_map_age_s), params.max_map_age_s)
 
 
+def map_lag_limit_s(period_s: float, params: StalenessParams) -> float:
+    """Seconds since the newest frame in the map was taken that stop the robot, at this period."""
+    return params.map_lag_factor * map_age_limit_s(period_s, params)
+
+
+def view_problem(age: InputAges, params: StalenessParams, allowed_s: float = 0.0) -> str:
+    """Why the view of the map is too old; ``allowed_s``: longer than the map may be."""
+    limit_s = map_lag_limit_s(age.map_period_s, params) + allowed_s
+    return behind("the camera", age.view_lag_s) if age.view_lag_s > limit_s else ""
+
+
 def stale_reason(age: InputAges, params: StalenessParams) -> str:
     """Why the robot must stop, for people; empty if it may move."""
     if age.odometry_s > params.max_odometry_age_s:
         return late("the robot's position", age.odometry_s)
-    limit_s = map_age_limit_s(age.map_period_s, params)
-    if age.map_s > limit_s:
+    if age.map_s > map_age_limit_s(age.map_period_s, params):
         return late("the map", age.map_s)
     if age.map_lag_s == math.inf:
         return waiting_for("the map", "it has no image of this robot yet")
-    if age.map_lag_s > params.map_lag_factor * limit_s:
+    if age.map_lag_s > map_lag_limit_s(age.map_period_s, params):
         return behind("the camera", age.map_lag_s)
     if age.map_lag_s < -params.max_map_ahead_s:
         return ahead("the camera", -age.map_lag_s)
-    return ""
+    return view_problem(age, params, params.max_view_lag_s)
 
 
 FRESH_S = 1.0  # a measured loop of longer ago says nothing about now

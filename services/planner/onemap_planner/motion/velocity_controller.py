@@ -30,9 +30,11 @@ MAX_CONTROL_PERIOD_S = 0.2  # after a pause the acceleration limit does not catc
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The motion of one planning step: for which search, on which costmap, made at ``made_s``.
+    """The motion of one planning step: for which search, on which costmap.
 
-    places_version: of the places with the zones that the costmap has.
+    made_s: before the map was asked for what the costmap shows; frame_ns: capture time of the
+    newest frame in that, on the robot's clock, 0 if it is not known; places_version: of the places
+    with the zones that the costmap has.
     """
 
     search_id: str
@@ -40,6 +42,7 @@ class Plan:
     costmap: Costmap
     made_s: float
     places_version: tuple[int, int] = (0, 0)
+    frame_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)
