@@ -10,9 +10,11 @@ from onemap_planner.inputs import (
     with_members,
     with_odometry,
     with_revision,
+    with_sent,
     with_start,
 )
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.motion.staleness import LoopMonitor, SentCommand
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry
 from tests.planner.drawn_maps import PARAMS
@@ -155,3 +157,21 @@ def test_a_stage_that_starts_says_so_as_long_as_it_does() -> None:
     ended = "waiting for the robot's position: none for 20.5 s"  # the start, on the way
     assert told.stale_reason(30.5, FRESH) == ended
     assert told.stale_reason(10.2, FRESH) == ""  # beside fresh inputs nothing waits for it
+
+
+def test_what_comes_late_to_an_adapter_that_names_commands_at_once_stops_the_robot() -> None:
+    """The adapter's echo is prompt; the base's odometry slides to 1.6 s late."""
+    state, reasons, delivery_s = LatestInputs(loop=LoopMonitor("p")), [], []
+    for count in range(1, 80):
+        now_s = 10.0 + 0.05 * count
+        late_s = 0.05 + max(0.04 * (count - 40), 0.0)
+        stamp_ns = int((now_s - late_s) * SECOND)
+        state = with_sent(state, SentCommand(count, now_s - 0.02))
+        heard = replace(odometry(count, stamp_ns), planner="p", command_sequence=count)
+        state = with_odometry(state, heard, now_s)
+        state = with_revision(state, revision(count, stamp_ns), now_s)
+        reasons.append(state.stale_reason(now_s, FRESH))
+        delivery_s.append(state.for_controller("s", now_s, FRESH).delivery_s)
+    assert set(reasons[:47]) == {""}  # up to 0.3 s later than usual
+    assert all(each.startswith("waiting for the robot's position") for each in reasons[47:])
+    assert delivery_s[44] - delivery_s[0] == pytest.approx(2 * 5 * 0.04, abs=1e-6)

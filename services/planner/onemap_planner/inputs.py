@@ -151,14 +151,13 @@ class LatestInputs:
             map_age_s=self.ages(now_s, frame_ns).map_content_s,
             confirmed=self.loop.confirmed(now_s),
             loop_s=self.loop.loop_s(now_s),
-            delivery_s=USUAL_DELIVERY_S + (0.0 if self.loop.named else 2 * self.delay.excess_s),
+            delivery_s=USUAL_DELIVERY_S + 2 * self.delay.excess_s,
             places_version=self.places_version,
         )
 
     def _late_reason(self, now_s: float, params: StalenessParams) -> str:
-        if self.loop.named:
-            return self.loop.problem(now_s, params.max_loop_s)
-        return self.delay.problem(params.max_odometry_delay_s)
+        looped = self.loop.problem(now_s, params.max_loop_s) if self.loop.named else ""
+        return looped or self.delay.problem(params.max_odometry_delay_s)
 
 
 def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> LatestInputs:

@@ -46,8 +46,8 @@ class StalenessParams(Params):
 
     # Seconds since new odometry came: 0.35 m at top speed.
     max_odometry_age_s: ClassVar[float] = 0.5
-    # Seconds that odometry may arrive later than the fastest of the last minute, by its stamp,
-    # where the robot names no command and the loop cannot be measured: one way of two.
+    # Seconds that odometry may arrive later than the fastest of the last minute, by its stamp: one
+    # way of two. The loop does not have what passes before an adapter names a command.
     max_odometry_delay_s: ClassVar[float] = 0.3
     # Measured periods of the map after which the robot stops without a new frame in it: one may be
     # late or lost.
