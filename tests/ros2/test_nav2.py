@@ -426,6 +426,26 @@ def test_a_goal_that_a_killed_adapter_left_is_cancelled(ride: Ride) -> None:
     assert len(ride.calls("cancel_goal")) == cancels
 
 
+def test_a_goal_that_nav2_accepts_after_its_cancellation_is_cancelled_again(ride: Ride) -> None:
+    """Its first answer was that it does not know the goal."""
+    for _ in range(2 + 10 * int(nav2.ANSWER_S)):
+        ride.step()
+    (late,) = (call.request[4:20] for call in ride.calls("send_goal"))
+    ride.calls("cancel_goal")[-1].answer(UNKNOWN)
+    ride.inputs = ride.inputs.with_status(status("s1", SearchState.CANCELLED))
+    ride.step()
+    assert ride.driver.idle
+    ride.network.say(STATUS, status_array((late, 2)))
+    ride.step()
+    assert [call.request[4:20] for call in ride.calls("cancel_goal")] == [late, late]
+    assert not ride.driver.idle
+    ride.calls("get_result")[-1].answer(result(5))
+    ride.step()
+    ride.network.say(STATUS, status_array((late, 2)))  # on its way since before the end
+    ride.step()
+    assert ride.driver.idle
+
+
 def test_what_keeps_the_goal_from_being_driven_to_is_named(ride: Ride) -> None:
     ride.network.known = ()
     ride.step()

@@ -280,7 +280,7 @@ class Nav2Driver:
         self._action, self._base = config.names.navigate, Base(network, config)
         self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()[:MARK_BYTES]
         self._goal = NavGoal()
-        self._goal_id = b""
+        self._goal_id = self._ended_id = b""  # the newest, and the last that has a result
         self._replaced: tuple[bytes, PendingCall | None] = b"", None  # by one not yet accepted
         self._answer: PendingCall | None = None
         self._result: PendingCall | None = None
@@ -468,13 +468,15 @@ class Nav2Driver:
             self._problem = f"{self._action} says what cannot be read: {problem}"
 
     def _end_orphan(self, goal_id: bytes, now_s: float) -> None:
-        """Take over a goal of an adapter of our name that was killed, to end it.
+        """Take over a goal with our mark that is under way while we have none, to end it.
 
-        One of our own ends it by itself: nav2 has one goal at a time.
+        An adapter of our name that was killed left it; or nav2 accepted it after it had answered
+        that it does not know it. One of our own ends it by itself: nav2 has one goal at a time.
+        What says that it has ended may come before what said that it drives.
         """
-        others = goal_id not in (self._goal_id, self._replaced[0])
-        if others and goal_id.startswith(self._mark) and self._goal.phase is GoalPhase.NONE:
-            self._log("a goal that an adapter before this one left behind is cancelled")
+        ours = goal_id.startswith(self._mark) and goal_id != self._ended_id
+        if ours and self._goal.phase is GoalPhase.NONE:
+            self._log("a goal that nobody wants any more is cancelled")
             cancelling = GoalPhase.CANCELLING
             self._goal, self._goal_id = NavGoal(cancelling, since_s=now_s, ending_s=now_s), goal_id
             self._ask_to_cancel()
@@ -495,7 +497,7 @@ class Nav2Driver:
         reply, self._result = _taken(self._result)
         if reply is None:
             return None
-        result = read_result(reply)
+        result, self._ended_id = read_result(reply), self._goal_id
         outcome = OUTCOMES.get(result.status, "aborted")
         self._counts[outcome] += 1
         if outcome == "aborted":
