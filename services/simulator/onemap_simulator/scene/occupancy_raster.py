@@ -29,7 +29,9 @@ def occupied_cells(
         cell_size_m, (float(lower[0]), float(lower[1])), (float(upper[0]), float(upper[1]))
     )
     triangles = vertices[scene.faces[faces_between(scene, z_min, z_max)]]
-    return spec, rasterise(triangles, spec, (z_min, z_max))
+    cells = rasterise(triangles, spec, (z_min, z_max))
+    cells.setflags(write=False)  # shared by whoever asks for them
+    return spec, cells
 
 
 def faces_between(scene: Scene, z_min: float, z_max: float) -> Bool:
