@@ -36,11 +36,15 @@ Plant = Callable[[pytest.MonkeyPatch], None]
 
 @dataclass(frozen=True, slots=True)
 class Defect:
-    """What is put back, by a name; the rule that it breaks."""
+    """What is put back, by a name; the rule that it breaks.
+
+    needs: sets of incidents of each of which a plan has to hold one, or nothing can be seen of it.
+    """
 
     name: str
     rule: str
     plant: Plant
+    needs: tuple[frozenset[str], ...] = ()
 
 
 def endless_command(patch: pytest.MonkeyPatch) -> None:
@@ -138,20 +142,21 @@ def a_thread_fails(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(PlanningThread, "_new_detections", detections)
 
 
+RESTARTS, ZONES = {"kill", "restart", "power"}, {"zone"}
 DEFECTS = tuple(
-    Defect(plant.__name__.replace("_", " "), rule, plant)
-    for rule, plant in (
+    Defect(plant.__name__.replace("_", " "), rule, plant, tuple(map(frozenset, needs)))
+    for rule, plant, *needs in (
         ("age", nothing_is_stale),
         ("request", endless_command),
         ("request", any_driver),
-        ("cancelled", cancelled_later),
-        ("stop", stops_wait_for_readers),
-        ("zone", zones_are_not_followed),
-        ("kept", nothing_is_written),
-        ("kept", unreadable_is_empty),
-        ("kept", nothing_is_synced),
-        ("kept", maps_in_place),
-        ("kept", one_frame_changes_the_world),
+        ("cancelled", cancelled_later, {"cancel", "drive"}),
+        ("stop", stops_wait_for_readers, {"cancel", "drive"}),
+        ("zone", zones_are_not_followed, ZONES),
+        ("kept", nothing_is_written, ZONES, RESTARTS),
+        ("kept", unreadable_is_empty, ZONES, {"disk torn"}, RESTARTS),
+        ("kept", nothing_is_synced, {"power"}),
+        ("kept", maps_in_place, {"save"}, RESTARTS),
+        ("kept", one_frame_changes_the_world, ZONES, {"garbled"}),
         ("http", said_once),
         ("exit", a_step_fails),
         ("crash", a_thread_fails),
@@ -160,11 +165,18 @@ DEFECTS = tuple(
 
 
 def seeds_until_found(defect: Defect, seeds: int) -> int:
-    """How many seeds it takes until the defect's rule is broken; 0: it was not."""
+    """How many seeds it takes until the defect's rule is broken; 0: it was not.
+
+    Plans that lack what the defect needs count as others do, but are not run.
+    """
     with pytest.MonkeyPatch.context() as patch:
         defect.plant(patch)
         for seed in range(1, seeds + 1):
-            if any(each.rule == defect.rule for each in run_plan(drawn(seed)).broken):
+            plan = drawn(seed)
+            kinds = {incident.kind for incident in plan.incidents}
+            if not all(kinds & needed for needed in defect.needs):
+                continue
+            if any(each.rule == defect.rule for each in run_plan(plan).broken):
                 return seed
     return 0
 

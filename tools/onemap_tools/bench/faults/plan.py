@@ -22,9 +22,9 @@ Kind = Literal[
     "power", "disk slow", "disk full", "disk torn",
     "doubled", "silent", "disordered", "frozen", "damaged", "garbled", "not finite",
     "jumping", "lying",
-    "cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask", "read",
+    "cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask",
 ]  # fmt: skip
-Act = Literal["cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask", "read"]
+Act = Literal["cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask"]
 ACTS: tuple[Act, ...] = get_args(Act)  # what a user does, over HTTP
 SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
 DISKS = ("mapper", "planner")  # whose computers have one
@@ -35,7 +35,7 @@ WEIGHTS: dict[Kind, int] = {
     "doubled": 1, "silent": 1, "disordered": 1, "frozen": 1, "damaged": 1, "garbled": 2,
     "not finite": 1, "jumping": 1, "lying": 1,
     "cancel": 3, "drive": 1, "zone": 4, "name": 1, "save": 2, "load": 1, "merge": 1, "clear": 1,
-    "ask": 1, "read": 2,
+    "ask": 1,
 }  # fmt: skip
 STREAMS = (  # whose messages are doubled, held back, disordered or frozen
     ROBOT_RGBD.key, ROBOT_ODOMETRY.key, ROBOT_CMD_VEL.key, FIELD.key, DETECTIONS.key,

@@ -97,6 +97,8 @@ class User:
             return
 
     def _cancel(self, clock: Clock) -> None:
+        for _ in range(READERS):
+            self._system.spawn_user(partial(self.act, "read"))
         asked_s = clock.monotonic_s()
         try:
             search = self.ask(clock, "DELETE", "/v1/searches/current")
@@ -127,13 +129,8 @@ class User:
         self._rules.forget_zones()
         self.ask(clock, "POST", "/v1/map/clear")
 
-    def _read(self, _clock: Clock) -> None:
-        """Many at a time read what is on the planner's disk."""
-        for _ in range(READERS):
-            self._system.spawn_user(partial(self.act, "list"))
-
-    def _list(self, clock: Clock) -> None:
-        self.ask(clock, "GET", "/v1/searches")
+    def _read(self, clock: Clock) -> None:
+        self.ask(clock, "GET", "/v1/objects")
 
     def _ask(self, clock: Clock) -> None:
         self.ask(clock, "POST", "/v1/queries", {"text": self._rng.choice(self._names)})
