@@ -423,6 +423,10 @@ def test_what_is_of_another_world_is_set_aside(
     assert restarted(folder).metric("frames_fused") == again.metric("frames_fused")
 
 
+def world_in(folder: Path) -> str:
+    return (folder / "world.txt").read_text().splitlines()[1]
+
+
 def driven(rig: Rig, instance: str) -> MemoryBus:
     """A driver of the robot on the rig's bus."""
     bus = rig.router.bus("simulator")
@@ -488,7 +492,7 @@ def test_a_map_of_an_earlier_release_is_of_the_world_of_the_next_frame(
     again = restarted(tmp_path / "maps")
     again.feed(replace(sofa_ahead(1), world="flat"))
     assert again.metric("frames_fused") == 2
-    assert (tmp_path / "maps" / "world.txt").read_text() == "/flat"
+    assert world_in(tmp_path / "maps") == "/flat"
 
 
 def test_a_loaded_map_is_of_the_world_of_the_next_frame(rig: Rig, tmp_path: Path) -> None:
@@ -518,7 +522,22 @@ def test_a_damaged_header_never_changes_the_world(rig: Rig, tmp_path: Path, load
     assert not (folder / "other_worlds").exists()
     assert rig.metric("frames_fused") >= 3
     assert rig.mapper.health().problem == ""
-    assert (folder / "world.txt").read_text() == "/flat"
+    assert world_in(folder) == "/flat"
+
+
+@pytest.mark.parametrize("nbytes", range(0, 24, 4))
+def test_a_torn_world_sets_no_zones_aside(rig: Rig, tmp_path: Path, nbytes: int) -> None:
+    folder = tmp_path / "maps"
+    rig.feed(replace(sofa_ahead(0), world="flat"))
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
+    rig.mapper.close()
+    torn = (folder / "world.txt").read_bytes()[:nbytes]
+    (folder / "world.txt").write_bytes(torn)
+    again = restarted(folder)
+    again.feed(*(replace(sofa_ahead(k), world="flat") for k in range(1, 5)))
+    assert ZONE in again.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
+    assert not (folder / "other_worlds").exists()
+    assert world_in(folder) == "/flat"
 
 
 def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:

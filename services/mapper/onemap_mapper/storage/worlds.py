@@ -3,11 +3,14 @@
 Poses of another world are in another frame of reference, and so may be those of another life of the
 robot's driver. What the folder holds of such a world is set aside whole.
 """
+# Talks: logs what is damaged.
 # Touches files: the world, and what is set aside.
 
 from __future__ import annotations
 
+import logging
 import re
+import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
@@ -19,10 +22,12 @@ from onemap_mapper.storage import objects
 from onemap_mapper.storage.checkpoints import all_of
 from onemap_shared.atomic_file import make_folder, move, replacing
 
+LOG = logging.getLogger("onemap.mapper")
+
 WORLD_FILE = "world.txt"
 ASIDE = "other_worlds"  # inside the map folder
 MAX_WORLD_CHARS = 400
-UNREADABLE = "a world that cannot be read"  # that no frame is of
+CHECKSUM = "crc32 "  # begins the first line, before 8 digits; files of earlier releases have none
 # Frames in a row that say the same new thing of themselves, before anything is set aside or dropped
 # for it: under 1 s at 4 Hz. One whose header is damaged says something else than the next.
 CONFIRMING_FRAMES = 3
@@ -105,8 +110,9 @@ class FolderWorld:
 
     def enter(self, here: World) -> None:
         """What the folder holds is of this world from now on. Raises OSError."""
+        said = f"{here.name}\n{here.driver}".encode()
         with replacing(self._folder / WORLD_FILE) as file:
-            file.write("\n".join(filter(None, (here.name, here.driver))).encode())
+            file.write(f"{CHECKSUM}{zlib.crc32(said):08x}\n".encode() + said)
         self._here, self.waits = here, False
 
     def adopt(self) -> None:
@@ -127,13 +133,25 @@ class FolderWorld:
 
 
 def _read(folder: Path) -> World:
+    """The world in its file. One that is gone or damaged is that of the next frames: to set zones
+    aside for it would let robots drive where they may not."""
+    path = folder / WORLD_FILE
     try:
-        text = (folder / WORLD_FILE).read_text(encoding="utf-8", errors="replace")
+        kept = path.read_bytes()
     except FileNotFoundError:
         return World()
-    except OSError:
-        return World(UNREADABLE)
-    name, _, driver = text[:MAX_WORLD_CHARS].partition("\n")
+    except OSError as problem:
+        LOG.error("%s cannot be read (%s): the map is of the next frames' world", path, problem)
+        return World()
+    first, _, said = kept.partition(b"\n")
+    if not first.startswith(CHECKSUM.encode()):
+        said = kept  # of an earlier release
+    elif first.decode(errors="replace") != f"{CHECKSUM}{zlib.crc32(said):08x}":
+        said = b""
+    name, _, driver = said.decode(errors="replace")[:MAX_WORLD_CHARS].partition("\n")
+    if "/" not in name:  # which follows the namespace
+        LOG.error("%s is damaged: the map is of the next frames' world", path)
+        return World()
     return World(name, driver)
 
 
