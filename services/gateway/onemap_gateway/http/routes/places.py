@@ -47,12 +47,13 @@ async def list_places(gateway: GatewayDep) -> PlaceListReply:
 
 
 @router.put(
-    "/places/{name:path}", summary="Name a place", responses=problem_responses(404, 422, 503)
+    "/places/{name:path}", summary="Name a place", responses=problem_responses(404, 422, 503, 507)
 )
 async def name_place(name: NewName, request: PlaceRequest, gateway: GatewayDep) -> MapPlace:
     """Name the room that holds a point, the room of the robot, or a polygon.
 
-    A place that has the name is replaced. No robot enters a `keep_out` place from now on.
+    A place that has the name is replaced. No robot enters a `keep_out` place from now on. One that
+    cannot be written (507) holds until the mapper restarts.
     """
     robot_m = gateway.robot_xy_m()
     if request.is_here and not robot_m:
@@ -66,7 +67,7 @@ async def name_place(name: NewName, request: PlaceRequest, gateway: GatewayDep) 
 
 
 @router.delete(
-    "/places/{name:path}", summary="Forget a place", responses=problem_responses(404, 422, 503)
+    "/places/{name:path}", summary="Forget a place", responses=problem_responses(404, 422, 503, 507)
 )
 async def forget_place(name: Name, gateway: GatewayDep) -> MapPlace:
     """Remove a name or a zone, and say what it was; the map stays."""
@@ -75,7 +76,7 @@ async def forget_place(name: Name, gateway: GatewayDep) -> MapPlace:
     return await _item(before, name)
 
 
-@router.delete("/places", summary="Forget all places", responses=problem_responses(503))
+@router.delete("/places", summary="Forget all places", responses=problem_responses(503, 507))
 async def forget_places(gateway: GatewayDep) -> PlaceListReply:
     """Remove all names and zones; the map stays.
 
