@@ -42,9 +42,7 @@ TORN = Incident("disk torn", 10.0, "places.bin", 0.1, 0.5)
 PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("endless command", (Incident("kill", 8.0, "planner", 4.0),)),
     ("nothing is stale", (Incident("kill", 8.0, "mapper", 8.0),)),
-    ("any driver", (Incident("kill", 8.0, "simulator", 1.0),)),
     ("a step fails", ()),
-    ("a thread fails", ()),
     ("zones are not followed", (ZONE,)),
     ("unreadable is empty", (ZONE, TORN, Incident("kill", 11.0, "mapper", 1.0))),
     ("nothing is synced", (ZONE, Incident("power", 10.0, "mapper", 1.0))),
