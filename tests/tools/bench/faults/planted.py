@@ -142,7 +142,7 @@ def a_thread_fails(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(PlanningThread, "_new_detections", detections)
 
 
-RESTARTS, ZONES = {"kill", "restart", "power"}, {"zone"}
+RESTARTS, ZONES = {"kill", "restart", "power", "disk torn"}, {"zone"}
 DEFECTS = tuple(
     Defect(plant.__name__.replace("_", " "), rule, plant, tuple(map(frozenset, needs)))
     for rule, plant, *needs in (
@@ -153,7 +153,7 @@ DEFECTS = tuple(
         ("stop", stops_wait_for_readers, {"cancel", "drive"}),
         ("zone", zones_are_not_followed, ZONES),
         ("kept", nothing_is_written, ZONES, RESTARTS),
-        ("kept", unreadable_is_empty, ZONES, {"disk torn"}, RESTARTS),
+        ("kept", unreadable_is_empty, ZONES, {"disk torn"}),
         ("kept", nothing_is_synced, {"power"}),
         ("kept", maps_in_place, {"save"}, RESTARTS),
         ("kept", one_frame_changes_the_world, ZONES, {"garbled"}),

@@ -44,7 +44,7 @@ PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("nothing is stale", (Incident("kill", 8.0, "mapper", 8.0),)),
     ("a step fails", ()),
     ("zones are not followed", (ZONE,)),
-    ("unreadable is empty", (ZONE, TORN, Incident("kill", 11.0, "mapper", 1.0))),
+    ("unreadable is empty", (ZONE, TORN)),
     ("nothing is synced", (ZONE, Incident("power", 10.0, "mapper", 1.0))),
     ("cancelled later", (Incident("cancel", 8.0),)),
 ]

@@ -31,10 +31,10 @@ DISKS = ("mapper", "planner")  # whose computers have one
 # How often each is drawn: what a link or a process does is where most was found.
 WEIGHTS: dict[Kind, int] = {
     "kill": 4, "stall": 4, "cut": 3, "late": 3, "slow": 2, "lossy": 2, "router": 2, "clock": 3,
-    "second": 1, "restart": 2, "power": 3, "disk slow": 2, "disk full": 1, "disk torn": 2,
+    "second": 1, "restart": 2, "power": 4, "disk slow": 2, "disk full": 1, "disk torn": 3,
     "doubled": 1, "silent": 1, "disordered": 1, "frozen": 1, "damaged": 1, "garbled": 2,
     "not finite": 1, "jumping": 1, "lying": 1,
-    "cancel": 3, "drive": 1, "zone": 4, "name": 1, "save": 2, "load": 1, "merge": 1, "clear": 1,
+    "cancel": 4, "drive": 1, "zone": 8, "name": 1, "save": 2, "load": 1, "merge": 1, "clear": 1,
     "ask": 1,
 }  # fmt: skip
 STREAMS = (  # whose messages are doubled, held back, disordered or frozen
@@ -44,7 +44,7 @@ STREAMS = (  # whose messages are doubled, held back, disordered or frozen
 CHECKED = (ROBOT_RGBD.key, FIELD.key, DETECTIONS.key)  # and damaged: no wrong velocity can be seen
 BEGIN_S, LAST_S = 3.0, 20.0  # between which something happens
 LONGEST_S = 10.0
-MOST = 4  # incidents of a run
+LEAST, MOST = 2, 5  # incidents of a run
 APARTMENTS = 6  # making one takes as long as 5 s of a search
 FILES = ("places.bin", "objects.bin", "world.txt", "*.npz")  # that are torn, all of the name
 LATE_S, SLOW_BYTES_PER_S, LOSS = (0.05, 2.0), (20_000.0, 500_000.0), (0.05, 0.6)
@@ -97,7 +97,7 @@ class FaultPlan:
 def drawn(seed: int) -> FaultPlan:
     """The plan of a seed."""
     rng = random.Random(seed)
-    kinds = rng.choices(list(WEIGHTS), list(WEIGHTS.values()), k=rng.randint(1, MOST))
+    kinds = rng.choices(list(WEIGHTS), list(WEIGHTS.values()), k=rng.randint(LEAST, MOST))
     incidents = sorted((_drawn(kind, rng) for kind in kinds), key=lambda each: each.at_s)
     return FaultPlan(seed, 1 + rng.randrange(APARTMENTS), tuple(incidents))
 

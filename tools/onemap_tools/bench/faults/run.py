@@ -168,6 +168,8 @@ class _Run:
                     self._disks[each].lose_power()
                 later(partial(self._restart, each))
         elif incident.kind == "disk torn":
+            self._kill("mapper")  # what reads it next is another process
+            later(partial(self._restart, "mapper"))
             if self._disks["mapper"].damage(name, incident.amount):
                 self.rules.torn.add(name)
         elif incident.kind == "disk slow":
