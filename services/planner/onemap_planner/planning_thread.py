@@ -16,6 +16,7 @@ import numpy as np
 
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
+from onemap_planner.method import ONEMAP, PlanningMethod
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.staleness import view_problem
 from onemap_planner.motion.velocity_controller import Plan
@@ -24,7 +25,6 @@ from onemap_planner.policy.names import view_request
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.policy.step import step
 from onemap_planner.search import state_machine as sm
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.sentences import waiting_for
@@ -43,7 +43,6 @@ from onemap_shared.messages import (
     FailureCode,
     ObjectFind,
     PlannedPath,
-    SearchReset,
     SearchState,
     SearchViewRequest,
     ViewChangesRequest,
@@ -255,8 +254,10 @@ class PlanningThread:
         period_s: float,
         now: Callable[[], ThreadInputs],
         planned: Callable[[], None] = lambda: None,
+        method: PlanningMethod = ONEMAP,
     ) -> None:
         self._bus, self._registry, self._params, self._now = bus, registry, params, now
+        self._method = method
         self._clock = bus.clock
         self._period_s, self._planned = period_s, planned
         self.map_changed = bus.clock.event()
@@ -361,7 +362,7 @@ class PlanningThread:
             offset_m=now.inputs.offset_m,
             pose_ns=now.inputs.odometry.stamp_ns if now.inputs.odometry else 0,
         )
-        outcome = step(state, observation, self._params)
+        outcome = self._method.step(state, observation, self._params)
         next_state, decision = outcome.state, outcome.decision
         plan_ms = (self._clock.monotonic_s() - now_s) * 1e3
         if not self._registry.compare_and_swap(state, next_state):
@@ -415,10 +416,10 @@ class PlanningThread:
             and isinstance(search.phase, sm.Starting)
             and self._reset_target != _target_key(search)
         ):
-            reset = SearchReset(search.search_id)
-            self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
+            self._method.begin(self._bus, search)
             self._reset_target = _target_key(search)
-        return self._views.view(view_request(state))
+        view = self._views.view(view_request(state))
+        return self._method.seen(view) if search.target else view
 
     def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""

@@ -14,6 +14,7 @@ from onemap_planner.inputs import (
     with_sent,
     with_start,
 )
+from onemap_planner.method import ONEMAP, PlanningMethod
 from onemap_planner.motion.staleness import LoopMonitor, SentCommand
 from onemap_planner.motion.velocity_controller import BRAKE_S, VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
@@ -49,7 +50,7 @@ IDLE_AGE_S = 5.0  # without a search, inputs older than this are reported as a p
 class Planner:
     """Implements ``transport.Worker``: takes odometry and map revisions, sends velocities."""
 
-    def __init__(self, bus: Bus, config: PlannerConfig) -> None:
+    def __init__(self, bus: Bus, config: PlannerConfig, method: PlanningMethod = ONEMAP) -> None:
         self._bus, self._config, self._clock = bus, config, bus.clock
         now_s = self._clock.monotonic_s()
         self._woken = self._clock.event()  # by odometry, or by a new plan
@@ -75,6 +76,7 @@ class Planner:
             period_s=1.0 / config.plan_hz,
             now=self._thread_inputs,
             planned=self._woken.set,
+            method=method,
         )
         map_changed = self._planning_thread.map_changed
         self._revisions = bus.subscribe(keys.MAP_REVISION, arrived=map_changed)

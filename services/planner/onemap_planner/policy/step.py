@@ -7,8 +7,7 @@
 5. ``tell``: why, in sentences and numbers.
 
 Pure: time comes in with the observation, and the state that comes in stays as it is. The planning
-thread feeds it from the bus, the tests from a grid world, the benchmark from a simulator in
-lockstep.
+thread feeds it from the bus, the tests from a grid world.
 """
 
 from __future__ import annotations
