@@ -132,7 +132,10 @@ class CameraThread:
 
 
 class SimulatorWorker:
-    """Steps the physics, publishes odometry, offers poses to the camera."""
+    """Steps the physics, publishes odometry, offers poses to the camera.
+
+    parts: its robot; pose: the newest that it has told.
+    """
 
     def __init__(
         self,
@@ -143,7 +146,7 @@ class SimulatorWorker:
     ) -> None:
         self._config, self._clock = config, bus.clock
         now_s = self._clock.monotonic_s()
-        parts = RobotParts.of(scene, config, renderer or Renderer(scene), now_s=now_s)
+        self.parts = parts = RobotParts.of(scene, config, renderer or Renderer(scene), now_s=now_s)
         self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._gate = CommandGate(bus.instance)
@@ -153,6 +156,7 @@ class SimulatorWorker:
         self._sequence = 0
         self._collided = False
         self._odometry_due_s = self._rgbd_due_s = now_s
+        self.pose = self._stamped_pose()
 
     def step(self, timeout_s: float) -> None:
         """Wait for a command for at most one step of the physics, then simulate up to now."""
@@ -164,7 +168,7 @@ class SimulatorWorker:
         odometry_due, rgbd_due = now_s >= self._odometry_due_s, now_s >= self._rgbd_due_s
         if not (odometry_due or rgbd_due):
             return
-        pose = self._stamped_pose()
+        self.pose = pose = self._stamped_pose()
         if odometry_due:
             self._odometry_due_s = _next(self._odometry_due_s, ODOMETRY_HZ, now_s)
             self._publish_odometry(pose, now_s)
