@@ -352,13 +352,19 @@ class Perception:
         return target
 
 
+def components_of(config: PerceptionConfig) -> PerceptionComponents:
+    """As configured; raises BackendError."""
+    encoder = make_encoder(config.encoder)
+    detector = make_detector(config.detector, encoder)
+    return PerceptionComponents(encoder, detector, VarianceParams(config.variance))
+
+
 def build(bus: Bus, config: PerceptionConfig) -> Worker:
     """The configured service; StartError if encoder or detector cannot be loaded."""
     try:
-        encoder = make_encoder(config.encoder)
-        detector = make_detector(config.detector, encoder)
+        made = components_of(config)
     except BackendError as problem:
         raise StartError(str(problem)) from problem
-    LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
-    LOG.info("detector %s", detector.detector_id)
-    return Perception(bus, PerceptionComponents(encoder, detector, VarianceParams(config.variance)))
+    LOG.info("encoder %s, text space %s", made.encoder.encoder_id, made.encoder.text_space)
+    LOG.info("detector %s", made.detector.detector_id)
+    return Perception(bus, made)
