@@ -1,23 +1,23 @@
-"""The whole loop in simulated time with an encoder and detectors of the hub, of random weights."""
+"""The services in virtual time with an encoder and detectors of the hub, of random weights."""
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
-import torch
 
-from onemap_mapper.query.scores import MapScores
-from onemap_mapper.query.similarity import text_query
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.service import components_of
+from onemap_shared import keys
+from onemap_shared.messages import SearchRequest, SearchViewRequest, SimilarityRequest
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
-from onemap_tools.bench.lockstep import (
-    LockstepSimulation,
-    PerceptionPipeline,
-    SimulatedRobot,
-    SystemConfig,
-)
+from onemap_simulator.service import SimulatorWorker
+from onemap_tools.bench.navigation.search import WatchedSearch
+from onemap_tools.virtual.config import SystemConfig
+from onemap_tools.virtual.system import Equipment, simulated
 from tests.perception.tiny import (
     needs_open_clip,
     owl_folder,
@@ -41,15 +41,16 @@ def test_a_robot_maps_and_searches_with_them(tmp_path: Path) -> None:
         SimulatorConfig(seed=2, rgbd_hz=1.0, camera=camera),
         PerceptionConfig.model_validate({"encoder": encoder, "detector": detector}),
     )
-    robot = SimulatedRobot(generate_apartment(2), config.simulator)
-    perception = PerceptionPipeline(config.perception)
-    simulation = LockstepSimulation(robot, config, perception)
-    simulation.search(("tv", "lamp"), 20.0)
-    belief = simulation.belief
-    query = text_query(perception.encoder.embed_text(("lamp",)), 0, torch.device("cpu"))
-    (scored,) = MapScores(belief).of([query]).texts
-    assert belief.encoder_id == perception.encoder.encoder_id
-    assert belief.frames_fused >= 10
-    assert 0 <= scored.scores.min() < scored.scores.max() <= 1
-    assert simulation.odometer_m > 0.5
-    assert robot.simulation.counts.collisions == 0
+    perception = components_of(config.perception)
+    robot = simulated(generate_apartment(2), config.simulator)
+    with closing(WatchedSearch(Equipment(config, robot, perception, tmp_path), 2)) as search:
+        search.run(SearchRequest(("tv", "lamp")), 20.0)
+        found = search.ask(keys.MAP_SIMILARITY, SimilarityRequest("lamp"))
+        view = search.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest("lamp"))
+    scores = view.similarity[~np.isnan(view.similarity)]
+    assert found.encoder_id == perception.encoder.encoder_id
+    assert view.sequence >= 10
+    assert 0 <= scores.min() < scores.max() <= 1
+    assert search.driven_m(20.0) > 0.5
+    assert isinstance(search.robot, SimulatorWorker)
+    assert search.robot.parts.simulation.counts.collisions == 0

@@ -16,12 +16,12 @@ from onemap_simulator.generation.style import STYLES
 from onemap_simulator.parts import scene_truth
 from onemap_simulator.rendering.label_renderer import LabelRenderer
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.episode import EpisodeSetup, perception, system_config
 from onemap_tools.bench.options import NavigationBench
+from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.network import VirtualBus
 from onemap_tools.virtual.scheduler import VirtualWorld
-from onemap_tools.virtual.system import Equipment, VirtualSystem
+from onemap_tools.virtual.system import Equipment, VirtualSystem, simulated
 
 APARTMENT, SOUGHT, NEAR_CELLS = 1, "television", 50
 
@@ -43,7 +43,8 @@ def searched(
     setup, scene, renderer = place()
     config = system_config(setup)
     folder.mkdir()
-    equipment = Equipment(config, scene, perception(scene, setup, config), folder, renderer)
+    robot = simulated(scene, config.simulator, renderer)
+    equipment = Equipment(config, robot, perception(scene, setup, config), folder)
     world, told = VirtualWorld(seed, preempt=0.2), list[SearchStatus]()
     system = VirtualSystem(world, equipment)
     system.start_all()

@@ -144,8 +144,8 @@ class SceneBench(Options):
 class NavigationBench(Options):
     """How well a method finds sequences of objects in generated apartments.
 
-    Searches in simulated time, with the modules that the services run, each from
-    a random start for objects that the seed draws from what the apartment has.
+    Searches of the services themselves, in virtual time, each from a random start
+    for objects that the seed draws from what the apartment has.
     The simulator's ground truth judges success as Habitat does; intervals are
     95 % bootstrap intervals. The same command gives the same result but for wall_s.
     """

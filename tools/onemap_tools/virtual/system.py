@@ -19,9 +19,9 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import buses_of
 from onemap_mapper.service import Mapper
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import Perception, PerceptionComponents
 from onemap_planner.config import PlannerConfig
+from onemap_planner.method import ONEMAP, PlanningMethod
 from onemap_planner.service import Planner
 from onemap_shared.clock import Event
 from onemap_shared.config import BusConfig, Sections
@@ -38,8 +38,8 @@ from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
 from onemap_simulator.service import SimulatorWorker
-from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
 from onemap_tools.virtual.asgi import VirtualGateway
+from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
 from onemap_tools.virtual.primitives import VirtualClock
@@ -63,16 +63,16 @@ class VirtualService:
 class Equipment:
     """What the services of one robot work with; processes that are started anew share it.
 
-    folder: of the mapper's files and the planner's records, where their computers have no virtual
-    ``disks``, by service. renderer: None for the usual one.
+    robot: makes its driver; folder: of the mapper's files and the planner's records, where their
+    computers have no virtual ``disks``, by service; method: of the planner.
     """
 
     config: SystemConfig
-    scene: Scene
-    perception: PerceptionPipeline
+    robot: Callable[[Bus], Worker]
+    perception: PerceptionComponents
     folder: Path
-    renderer: SceneRenderer | None = None
     disks: Mapping[str, VirtualDisk] = field(default_factory=dict)
+    method: PlanningMethod = ONEMAP
 
     def parts(self, service: str) -> ServiceParts[Any]:
         """The model of a service's configuration, and what builds its worker."""
@@ -91,22 +91,25 @@ class Equipment:
         if service == "gateway":
             return VirtualGateway(bus, GatewayConfig())
         if service == "simulator":
-            return SimulatorWorker(bus, self.scene, config.simulator, self.renderer)
+            return self.robot(bus)
         if service == "perception":
-            pipeline, variance = self.perception, VarianceParams(config.perception.variance)
-            encoder: Any = (
-                pipeline.encoder
-            )  # a simulated one embeds no images, which nobody asks for
-            return Perception(bus, PerceptionComponents(encoder, pipeline.detector, variance))
+            return Perception(bus, self.perception)
         if service == "mapper":
             folder = self._root(service) / "maps"
             mapper = config.mapper.model_copy(update={"map_folder": folder})
             return Mapper(buses_of(bus, mapper.robots), mapper)
         planner = config.planner.model_copy(update={"state_dir": self._root(service) / "planner"})
-        return Planner(bus, planner)
+        return Planner(bus, planner, self.method)
 
     def _root(self, service: str) -> Path:
         return self.disks[service].root if service in self.disks else self.folder
+
+
+def simulated(
+    scene: Scene, config: SimulatorConfig, renderer: SceneRenderer | None = None
+) -> Callable[[Bus], Worker]:
+    """Makes the simulator's robot in a scene; renderer: None for the usual one."""
+    return lambda bus: SimulatorWorker(bus, scene, config, renderer)
 
 
 class VirtualSystem:

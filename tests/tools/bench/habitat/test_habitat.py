@@ -10,16 +10,18 @@ import numpy as np
 import pytest
 
 from onemap_perception.config import SHIPPED, PerceptionConfig
+from onemap_perception.feature_field import VarianceParams
+from onemap_perception.service import PerceptionComponents
 from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import ObjectResult, SearchState
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.habitat import benchmark, world
 from onemap_tools.bench.habitat.benchmark import (
     CategoryTruth,
-    HabitatRobot,
     is_instance,
 )
 from onemap_tools.bench.habitat.episode_files import CategoryGoals
+from onemap_tools.bench.habitat.robot import HabitatRobot
 from onemap_tools.bench.habitat.world import (
     AgentParams,
     AnnotatedBox,
@@ -27,7 +29,6 @@ from onemap_tools.bench.habitat.world import (
     Point,
     habitat_rotation,
 )
-from onemap_tools.bench.lockstep import PerceptionPipeline
 from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedDetector,
     SimulatedDetectorParams,
@@ -101,18 +102,18 @@ def test_what_cannot_be_opened_is_said_in_a_sentence(
 def test_the_robot_drives_arcs_and_counts_one_contact_at_the_wall(opened: HabitatWorld) -> None:
     robot = HabitatRobot(opened)
     assert robot.pose[:2, 3] == pytest.approx((1.0, 1.0))
-    for k in range(20):  # a quarter turn to the left over a second, at 0.3 m/s
-        robot.advance(Velocity2d(0.3, np.pi / 2), 0.05 * k, 0.05 * (k + 1))
+    for _ in range(20):  # a quarter turn to the left over a second, at 0.3 m/s
+        robot.advance(Velocity2d(0.3, np.pi / 2), 0.05)
     radius_m = 0.3 / (np.pi / 2)
     assert robot.pose[:2, 3] == pytest.approx((1.0 + radius_m, 1.0 + radius_m), abs=0.01)
-    assert yaw_of(robot.odometry()) == pytest.approx(np.pi / 2, abs=1e-3)
+    assert yaw_of(robot.pose) == pytest.approx(np.pi / 2, abs=1e-3)
     assert (robot.collided, robot.contacts) == (False, 0)
     opened.place(START, habitat_rotation(0.0))
-    for k in range(40):  # against the wall 3 m ahead, with the limit of 0.7 m/s
-        robot.advance(Velocity2d(9.0), 0.2 * k, 0.2 * (k + 1))
+    for _ in range(40):  # against the wall 3 m ahead, with the limit of 0.7 m/s
+        robot.advance(Velocity2d(9.0), 0.2)
     assert (robot.collided, robot.contacts) == (True, 1)
     assert 3.0 < robot.pose[0, 3] < 3.9
-    robot.advance(Velocity2d(), 8.0, 8.2)
+    robot.advance(Velocity2d(), 0.2)
     assert not robot.collided
 
 
@@ -156,10 +157,10 @@ def test_without_annotations_nothing_is_measured() -> None:
         CategoryTruth.of("sofa", GOALS, (BED,))
 
 
-def simulated(scene: Scene, config: PerceptionConfig) -> PerceptionPipeline:
+def simulated(scene: Scene, config: PerceptionConfig) -> PerceptionComponents:
     encoder = SimulatedEncoder(scene, SHIPPED, SimulatedFeatureParams(), np.random.default_rng(1))
     detector = SimulatedDetector(scene, SimulatedDetectorParams(stray=0.0), 1)
-    return PerceptionPipeline(config, encoder=encoder, detector=detector)
+    return PerceptionComponents(encoder, detector, VarianceParams(config.variance))
 
 
 @pytest.fixture
@@ -197,9 +198,7 @@ def test_a_sequence_runs_from_its_files_to_the_results_once(
     data: Path, habitat: FakeHabitat, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = list[str]()
-    monkeypatch.setattr(
-        benchmark, "PerceptionPipeline", lambda config: simulated(habitat.scene, config)
-    )
+    monkeypatch.setattr(benchmark, "components_of", lambda config: simulated(habitat.scene, config))
     monkeypatch.setattr(benchmark, "AgentParams", lambda: CAMERA)
     options = HabitatBench(
         episodes=data / "multi",

@@ -14,13 +14,13 @@ from onemap_tools.bench.faults.changes import CHANGES
 from onemap_tools.bench.faults.plan import ACTS, APARTMENTS, DISKS, SERVICES, FaultPlan, Incident
 from onemap_tools.bench.faults.rules import MAX_REST_S, Refused, Rules, Violation
 from onemap_tools.bench.faults.user import SEARCHES_UNTIL_S, User
-from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.episode import EpisodeSetup, perception, system_config
 from onemap_tools.bench.options import NavigationBench
+from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.network import VirtualBus
 from onemap_tools.virtual.scheduler import NoProgress, VirtualWorld
-from onemap_tools.virtual.system import Equipment, VirtualService, VirtualSystem
+from onemap_tools.virtual.system import Equipment, VirtualService, VirtualSystem, simulated
 
 PREEMPT = 0.1  # how probably threads change where none has to wait
 OBJECT_LIMIT_S = 15.0
@@ -56,7 +56,8 @@ def run_plan(plan: FaultPlan) -> RunResult:
     world = VirtualWorld(plan.seed, preempt=PREEMPT)
     disks = {name: VirtualDisk(world, name) for name in DISKS}
     seen = perception(scene, setup, config)
-    equipment = Equipment(config, scene, seen, Path(), renderer, disks)
+    robot = simulated(scene, config.simulator, renderer)
+    equipment = Equipment(config, robot, seen, Path(), disks)
     run = _Run(VirtualSystem(world, equipment), plan, scene, config.simulator.robot.radius_m)
     try:
         world.run(run.end_s + MAX_REST_S, stop=run.over)

@@ -12,16 +12,18 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from math import inf, nan
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, cast
 
 import numpy as np
 
-from onemap_shared.geometry import F64, Velocity2d, yaw_of
-from onemap_shared.messages import Detections, ObjectResult, RgbdFrame
+from onemap_perception.service import PerceptionComponents, components_of
+from onemap_shared.geometry import yaw_of
+from onemap_shared.messages import Detections, ObjectResult, SearchRequest, SearchStatus
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
-from onemap_simulator.rendering.rgbd_camera import measured_mm
 from onemap_tools.bench.habitat.episode_files import (
     CategoryGoals,
     GoalsOfScene,
@@ -29,22 +31,15 @@ from onemap_tools.bench.habitat.episode_files import (
     goals_of,
     read_episodes,
 )
+from onemap_tools.bench.habitat.robot import HabitatDriver, InOneThread
 from onemap_tools.bench.habitat.world import (
-    AgentImage,
     AgentParams,
     AnnotatedBox,
     HabitatWorld,
     Point,
     as_point,
     body_pose,
-    habitat_rotation,
     to_habitat,
-)
-from onemap_tools.bench.lockstep import (
-    LockstepSimulation,
-    PerceptionPipeline,
-    SystemConfig,
-    stamp_of,
 )
 from onemap_tools.bench.navigation.episode import (
     IN_VIEW_SHARE,
@@ -63,75 +58,16 @@ from onemap_tools.bench.navigation.results import (
     summary,
     table_lines,
 )
+from onemap_tools.bench.navigation.search import WatchedSearch
 from onemap_tools.bench.options import HabitatBench
 from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.virtual.config import SystemConfig
+from onemap_tools.virtual.system import Equipment
 
-MAX_STEP_S = 0.05  # at 0.7 m/s 35 mm: an arc is that near to its chord
-BLOCKED_M = 1e-3  # the navigation mesh stopped a step that ends so far from where it should
-IMPACT_MPS = 0.05  # below this speed, contact is not counted
 # What is asked for in place of a category whose name is no English word for the object.
 WORDS = {"plant": "potted plant", "tv_monitor": "television"}
 # Annotators' names, or parts of them, that the released evaluation counts beside a category's own.
 ALSO_NAMED = {"plant": "flower", "sofa": "couch"}
-
-
-class HabitatRobot:
-    """A ``Robot`` of the lockstep simulation; a new one for each episode.
-
-    The agent must stand at the start of its episode: its height becomes the map's z = 0.
-    """
-
-    def __init__(self, world: HabitatWorld) -> None:
-        self._world, self._params = world, world.params
-        self.floor_y_m = world.pose[0][1]
-        self.collided = self._touches = False
-        self.contacts = self._frames = 0
-        self.image: AgentImage | None = None
-
-    @property
-    def pose(self) -> F64:
-        """See ``Robot``."""
-        return body_pose(*self._world.pose, self.floor_y_m)
-
-    def odometry(self) -> F64:
-        """See ``Robot``; without error here."""
-        return self.pose
-
-    def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
-        """See ``Robot``: drives along the command's arc."""
-        p = self._params
-        linear_mps = float(np.clip(command.linear_mps, -p.max_linear_mps, p.max_linear_mps))
-        turn = float(np.clip(command.angular_radps, -p.max_angular_radps, p.max_angular_radps))
-        self.collided = False
-        steps = int(np.ceil((now_s - before_s) / MAX_STEP_S - 1e-6))
-        for _ in range(steps if linear_mps or turn else 0):
-            self._drive(linear_mps, turn, (now_s - before_s) / steps)
-
-    def _drive(self, linear_mps: float, turn_radps: float, dt_s: float) -> None:
-        T_map_body = self.pose
-        yaw, turned = yaw_of(T_map_body), turn_radps * dt_s
-        heading = yaw + turned / 2
-        chord_m = linear_mps * dt_s * float(np.sinc(turned / 2 / np.pi))  # sinc has pi in it
-        goal = T_map_body[:3, 3] + [chord_m * np.cos(heading), chord_m * np.sin(heading), 0.0]
-        target = to_habitat(goal, self.floor_y_m)
-        reached = self._world.move(as_point(target), habitat_rotation(yaw + turned))
-        off_m = float(np.hypot(reached[0] - target[0], reached[2] - target[2]))
-        touched, self._touches = self._touches, off_m > BLOCKED_M
-        self.collided |= self._touches
-        if self._touches and not touched and abs(linear_mps) > IMPACT_MPS:
-            self.contacts += 1
-
-    def frames(self, now_s: float, *, capture: bool) -> list[RgbdFrame]:
-        """See ``Robot``; ``image`` keeps the newest with what only the benchmark may know."""
-        if not capture:
-            return []
-        p, self.image = self._params, self._world.capture()
-        self._frames += 1
-        depth_mm = measured_mm(self.image.depth_m, p.min_depth_m, p.max_depth_m)
-        stamp_ns, T_map_camera = stamp_of(now_s), self.pose @ p.mount
-        return [
-            RgbdFrame(self._frames, stamp_ns, self.image.rgb, depth_mm, p.intrinsics, T_map_camera)
-        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,12 +163,12 @@ def run_episode(
     *,
     options: HabitatBench,
     config: SystemConfig,
-    perception: PerceptionPipeline,
+    perception: PerceptionComponents,
 ) -> EpisodeRecord:
     """Open the scene, search for the objects, judge every result; ``wall_s`` stays 0."""
     world.open(options.scenes / episode.scene, options.scenes / episode.annotations)
     world.place(episode.start, episode.rotation)
-    boxes, robot = world.boxes(), HabitatRobot(world)
+    boxes, floor_y_m = world.boxes(), world.pose[0][1]
     words = tuple(WORDS.get(name, name.replace("_", " ")) for name in episode.objects)
     truths = [
         CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes)
@@ -241,21 +177,21 @@ def run_episode(
     counts = FrameCounts()
     heights_m: list[list[float]] = [[] for _ in words]  # of the body, in the frames of each object
 
-    def watch(_frame: RgbdFrame, found: Detections) -> None:
-        counts.trajectory.append(simulation.xy)
-        search, image = simulation.state.search, robot.image
-        if image is None or not search.active:
+    def detected(found: Detections, status: SearchStatus) -> None:
+        assert isinstance(search.robot, HabitatDriver)
+        image = search.robot.image
+        if image is None or not status.target:
             return
-        heights_m[search.index].append(float(robot.pose[2, 3]))
-        shown = np.isin(image.semantic_ids, list(truths[search.index].semantic_ids))
+        heights_m[status.index].append(float(search.robot.pose.T_true[2, 3]))
+        shown = np.isin(image.semantic_ids, list(truths[status.index].semantic_ids))
         if shown.mean() >= IN_VIEW_SHARE:
-            counts.add(search.target, search.target in found.names)
+            counts.add(status.target, status.target in found.names)
 
     def judged(index: int, result: ObjectResult) -> ObjectSummary:
         heights = heights_m[index] or [0.0]
 
         def place(xy_m: tuple[float, ...], z_m: float) -> Point:
-            return as_point(to_habitat(np.array([*xy_m[:2], z_m]), robot.floor_y_m))
+            return as_point(to_habitat(np.array([*xy_m[:2], z_m]), floor_y_m))
 
         return truths[index].judged(
             result,
@@ -265,25 +201,30 @@ def run_episode(
             claimed=place(result.position_m, heights[-1]) if result.position_m else None,
         )
 
-    simulation = LockstepSimulation(
-        robot,
-        config.searching(rgbd_hz=RGBD_HZ, limit_s=options.limit),
-        perception,
-        method=search_method(options.method, config.mapper.cell_size_m),
-        watch=watch,
-    )
-    (x, y), yaw = simulation.xy, yaw_of(robot.pose)
-    search = simulation.search(words, options.limit * len(words) * OVERALL_LIMIT)
-    summaries = [judged(index, result) for index, result in enumerate(search.results)]
+    T_map_body = body_pose(*world.pose, floor_y_m)
+    with TemporaryDirectory() as folder:
+        asked = config.searching(rgbd_hz=RGBD_HZ, limit_s=options.limit)
+        robot = partial(HabitatDriver, world=world, rgbd_hz=RGBD_HZ)
+        search = WatchedSearch(
+            Equipment(asked, robot, perception, Path(folder)),
+            episode.index,
+            method=search_method(options.method, config.mapper.cell_size_m),
+            detected=detected,
+        )
+        with closing(search):
+            limit_s = options.limit * len(words) * OVERALL_LIMIT
+            results = search.run(SearchRequest(words), limit_s).results
+    summaries = [judged(index, result) for index, result in enumerate(results)]
     summaries += [not_come_to(word) for word in words[len(summaries) :]]
+    assert isinstance(search.robot, HabitatDriver)
     return EpisodeRecord(
         index=episode.index,
         seed=episode.index,
-        start=(x, y, yaw),
+        start=(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body)),
         objects=tuple(object_record(each, counts) for each in summaries),
-        contacts=robot.contacts,
-        simulated_s=round(simulation.now_s, 3),
-        trajectory=tuple(counts.trajectory),
+        contacts=search.robot.robot.contacts,
+        simulated_s=round(search.simulated_s, 3),
+        trajectory=tuple(search.trajectory),
         scene=f"{Path(episode.scene).stem} episode {episode.index}",
     )
 
@@ -322,8 +263,8 @@ def run(options: HabitatBench, tell: Callable[[str], None]) -> dict[str, Any]:
     folder = ResultsFolder(options.out, {**described, "config": config})
     done = {record.index: record for record in folder.finished}
     if todo := [episode for episode in files.episodes if episode.index not in done]:
-        with closing(HabitatWorld(agent)) as world:
-            perception = PerceptionPipeline(system.perception)
+        with closing(cast(HabitatWorld, InOneThread(HabitatWorld(agent)))) as world:
+            perception = components_of(system.perception)
             for episode in todo:
                 started_s = time.perf_counter()
                 record = run_episode(

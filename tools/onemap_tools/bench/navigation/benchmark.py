@@ -12,7 +12,6 @@ from typing import Any
 
 import torch
 
-from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.drawing import apartment_seeds
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.results import (
@@ -28,6 +27,7 @@ from onemap_tools.bench.navigation.results import (
 )
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.processes.worker_pool import worker_pool
+from onemap_tools.virtual.config import SystemConfig
 
 DESCRIBED = ("onemap", "oracle")  # find the one of several that is meant
 lines = table_lines

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from functools import reduce
 from math import inf, isfinite
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from onemap_perception.config import SHIPPED
+from onemap_perception.feature_field import VarianceParams
+from onemap_perception.service import PerceptionComponents, components_of
+from onemap_shared import keys
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64
 from onemap_shared.messages import (
     Detections,
     ObjectResult,
     Place,
     PlaceKind,
-    RgbdFrame,
+    SearchRequest,
     SearchState,
+    SearchStatus,
+    SearchViewRequest,
     TruthRequest,
 )
 from onemap_shared.names import normalised
@@ -27,17 +37,13 @@ from onemap_simulator.generation.stairwell import Opening, with_stairwell
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.parts import scene_truth
+from onemap_simulator.physics.people import NOBODY, Bystanders
 from onemap_simulator.rendering.label_renderer import LabelRenderer
-from onemap_simulator.rendering.rendered_image import with_person
+from onemap_simulator.rendering.rendered_image import RenderedImage, with_person
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.lockstep import (
-    FrameTruth,
-    LockstepSimulation,
-    PerceptionPipeline,
-    SearchEnd,
-    SimulatedRobot,
-    SystemConfig,
-)
+from onemap_simulator.service import SimulatorWorker
 from onemap_tools.bench.navigation.described import painted
 from onemap_tools.bench.navigation.drawing import (
     NavigationEpisode,
@@ -56,6 +62,7 @@ from onemap_tools.bench.navigation.results import (
     ObjectRecord,
 )
 from onemap_tools.bench.navigation.rooms import room_ious
+from onemap_tools.bench.navigation.search import SearchEnd, WatchedSearch
 from onemap_tools.bench.navigation.simulated_perception import (
     UNCALIBRATED,
     SimulatedDetector,
@@ -65,6 +72,8 @@ from onemap_tools.bench.navigation.simulated_perception import (
 )
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.demo.summary import ObjectSummary, evaluate_result
+from onemap_tools.virtual.config import SystemConfig
+from onemap_tools.virtual.system import Equipment, simulated
 
 RGBD_HZ = 4.0  # what the services reach on two cores
 SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320 x 240
@@ -85,13 +94,10 @@ class EpisodeSetup:
 
 @dataclass(slots=True)
 class FrameCounts:
-    """In how many frames each object was in view and detected while it was sought, where the
-    robot was in every frame, and the metres driven in the first ``STARTED_S``."""
+    """In how many frames each object was in view and detected while it was sought."""
 
     in_view: Counter[str] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
-    trajectory: list[tuple[float, float]] = field(default_factory=list)
-    start_m: float = 0.0
 
     def add(self, name: str, detected: bool) -> None:
         """Count a frame that shows the object that is sought."""
@@ -138,36 +144,22 @@ def _search(
     setup: EpisodeSetup,
     record: EpisodeRecord,
 ) -> EpisodeRecord:
-    options, config = setup.options, system_config(setup)
+    options, config, described = setup.options, system_config(setup), episode.described
     if ERRORS[config.simulator.errors].people:
         scene = with_person(scene)
-    labels, counts, described = LabelRenderer(scene), FrameCounts(), episode.described
+    labels, counts = LabelRenderer(scene), FrameCounts()
+    camera = RememberingRenderer(Renderer(scene) if options.features == "mini" else labels)
     categories = [normalised(thing.category) for thing in scene.objects]
     if described:
         categories[described.meant] = normalised(described.phrase)
-    robot = SimulatedRobot(scene, config.simulator, None if options.features == "mini" else labels)
 
-    def watch(frame: RgbdFrame, found: Detections) -> None:
-        counts.trajectory.append(simulation.xy)
-        if simulation.now_s <= STARTED_S:
-            counts.start_m = simulation.odometer_m
-        target = simulation.state.search.target
-        if not target:
+    def detected(found: Detections, status: SearchStatus) -> None:
+        if not status.target:
             return
-        shown = names_in_view(labels, frame, robot.truth_of(frame), categories)
-        name = described.phrase if described else target
+        shown = names_in_view(labels, camera.truths[found.sequence], config, categories)
+        name = described.phrase if described else status.target
         if normalised(name) in shown:
-            counts.add(name, target in found.names)
-
-    simulation = LockstepSimulation(
-        robot,
-        config,
-        perception(scene, setup, config),
-        method=search_method(options.method, config.mapper.cell_size_m),
-        watch=watch,
-        places=(*zone_places(record.zones), *(described.places if described else ())),
-    )
-    limit_s = options.limit * len(episode.objects) * OVERALL_LIMIT
+            counts.add(name, status.target in found.names)
 
     def records(results: Sequence[ObjectResult]) -> tuple[ObjectRecord, ...]:
         ended = {result.name for result in results}
@@ -177,28 +169,57 @@ def _search(
             summaries = [described.judged(scene, summary) for summary in summaries]
         return tuple(object_record(summary, counts) for summary in summaries)
 
-    sought = (described.noun,) if described else episode.objects
-    search = simulation.search(sought, limit_s, (described.detail,) if described else ())
-    results = true_results(search.results, simulation.ends)
+    with TemporaryDirectory() as folder:
+        search = WatchedSearch(
+            Equipment(
+                config,
+                simulated(scene, config.simulator, camera),
+                perception(scene, setup, config),
+                Path(folder),
+            ),
+            config.simulator.seed,
+            method=search_method(options.method, config.mapper.cell_size_m),
+            places=(*zone_places(record.zones), *(described.places if described else ())),
+            detected=detected,
+        )
+        with closing(search):
+            status = search.run(
+                SearchRequest(
+                    (described.noun,) if described else episode.objects,
+                    details=(described.detail,) if described else (),
+                ),
+                options.limit * len(episode.objects) * OVERALL_LIMIT,
+            )
+            view = search.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    results = true_results(status.results, search.method.ends)
     if described:
         results = tuple(replace(result, name=described.phrase) for result in results)
-    planning_ms = 1e3 * np.quantile(simulation.planning_s, (0.5, 0.95))
+    planning_ms = 1e3 * np.quantile(search.method.planning_s, (0.5, 0.95))
     return replace(
-        record,
+        record_of(record, search),
         objects=records(results),
-        contacts=robot.simulation.counts.collisions,
-        people_touched=robot.simulation.counts.people_touched,
-        edges_crossed=robot.simulation.counts.edges_crossed,
-        in_zone_m=deepest_m(simulation.path, record.zones, config.simulator.robot.radius_m),
-        frames_lost=robot.link.lost,
-        pose_jumps=robot.localisation.jumps,
-        pose_error_m=round(robot.localisation.largest_error_m, 3),
-        simulated_s=round(simulation.now_s, 3),
-        trajectory=tuple(counts.trajectory),
-        start_m=counts.start_m,
-        room_ious=tuple(room_ious(simulation.belief, scene)),
+        in_zone_m=deepest_m(search.path, record.zones, config.simulator.robot.radius_m),
+        room_ious=tuple(room_ious(view, scene)),
         planning_p50_ms=float(planning_ms[0]),
         planning_p95_ms=float(planning_ms[1]),
+    )
+
+
+def record_of(record: EpisodeRecord, search: WatchedSearch) -> EpisodeRecord:
+    """The record with what the simulator counted, and where the robot drove."""
+    assert isinstance(search.robot, SimulatorWorker)
+    parts = search.robot.parts
+    return replace(
+        record,
+        contacts=parts.simulation.counts.collisions,
+        people_touched=parts.simulation.counts.people_touched,
+        edges_crossed=parts.simulation.counts.edges_crossed,
+        frames_lost=parts.link.lost,
+        pose_jumps=parts.localisation.jumps,
+        pose_error_m=round(parts.localisation.largest_error_m, 3),
+        simulated_s=round(search.simulated_s, 3),
+        trajectory=tuple(search.trajectory),
+        start_m=search.driven_m(STARTED_S),
     )
 
 
@@ -243,40 +264,63 @@ def system_config(setup: EpisodeSetup) -> SystemConfig:
     return setup.config.searching(rgbd_hz=RGBD_HZ, limit_s=limit_s, camera=camera)
 
 
-def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionPipeline:
+def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionComponents:
     """The configured perception, or the simulated one with the errors of the apartment's seed."""
     if setup.options.features == "mini":
-        return PerceptionPipeline(config.perception)
+        return components_of(config.perception)
     seed = config.simulator.seed
     calibrated = setup.options.features == "simulated"
     params = SimulatedFeatureParams() if calibrated else UNCALIBRATED
     encoder = SimulatedEncoder(scene, SHIPPED, params, np.random.default_rng((seed, 1)))
     detector = SimulatedDetector(scene, SimulatedDetectorParams(), seed)
-    return PerceptionPipeline(config.perception, encoder=encoder, detector=detector)
+    return PerceptionComponents(encoder, detector, VarianceParams(config.perception.variance))
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTruth:
+    """Of a frame: the true T_map_camera (4, 4) of its capture, and where people were then."""
+
+    T_map_camera: F64
+    people: Bystanders
+
+
+class RememberingRenderer:
+    """A renderer that keeps the truth of each frame, by its sequence; a ``SceneRenderer``."""
+
+    def __init__(self, renderer: SceneRenderer) -> None:
+        self._renderer = renderer
+        self.truths: list[FrameTruth] = []
+
+    def render(
+        self,
+        T_map_camera: F64,
+        intrinsics: Intrinsics,
+        *,
+        width: int,
+        height: int,
+        people: Bystanders = NOBODY,
+    ) -> RenderedImage:
+        """See ``SceneRenderer``."""
+        self.truths.append(FrameTruth(T_map_camera, people))
+        size = {"width": width, "height": height}
+        return self._renderer.render(T_map_camera, intrinsics, **size, people=people)
 
 
 def names_in_view(
-    labels: LabelRenderer, frame: RgbdFrame, truth: FrameTruth, categories: Sequence[str]
+    labels: LabelRenderer, truth: FrameTruth, config: SystemConfig, categories: Sequence[str]
 ) -> set[str]:
     """The categories, one of each object, that are large enough in the frame to be detected."""
-    pixels = pixels_in_view(labels, frame, truth, len(categories))
-    large = np.flatnonzero(pixels >= IN_VIEW_SHARE * VIEW_PX[0] * VIEW_PX[1])
-    return {categories[index] for index in large.tolist()}
-
-
-def pixels_in_view(
-    labels: LabelRenderer, frame: RgbdFrame, truth: FrameTruth, objects: int
-) -> np.ndarray:
-    """Pixels (objects,) of each object in an image of ``VIEW_PX`` where the frame was captured."""
-    (width, height), (rows, columns) = VIEW_PX, frame.depth_mm.shape
+    (width, height), camera = VIEW_PX, config.simulator.camera
     image = labels.render(
         truth.T_map_camera,
-        frame.intrinsics.scaled(width / columns, height / rows),
+        camera.intrinsics.scaled(width / camera.width, height / camera.height),
         width=width,
         height=height,
         people=truth.people,
     )
-    return np.bincount(image.labels[image.labels >= 0], minlength=objects)
+    pixels = np.bincount(image.labels[image.labels >= 0], minlength=len(categories))
+    large = np.flatnonzero(pixels >= IN_VIEW_SHARE * width * height)
+    return {categories[index] for index in large.tolist()}
 
 
 def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:

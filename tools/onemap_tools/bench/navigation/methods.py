@@ -220,10 +220,11 @@ class ConfidenceValueMap:
         self._value = np.zeros(self._grid.shape, np.float32)
         self._confidence = np.zeros(self._grid.shape, np.float32)
 
-    def add(self, field: FeatureField, queries: TextEmbeddings, _: Detections) -> None:
+    def add(self, field: FeatureField, queries: TextEmbeddings, _: Detections | None) -> None:
         """Write the image's score to the cells in view; weights are confidences (VLFM, Eq. 2).
 
-        queries: of the object, and of ``names`` as far as they are known.
+        queries: of the object, and of ``names`` as far as they are known; the detections are of
+        ``names``, None without any.
         """
         score = self._score(field, queries)
         camera = field.T_map_camera[:2, 3]
@@ -262,10 +263,12 @@ class CompanyMap(ConfidenceValueMap):
         self._sightings: Counter[tuple[str, int, int]] = Counter()
         self._objects: dict[tuple[str, int, int], tuple[F64, float]] = {}
 
-    def add(self, field: FeatureField, queries: TextEmbeddings, seen: Detections) -> None:
+    def add(self, field: FeatureField, queries: TextEmbeddings, seen: Detections | None) -> None:
         """Take what a frame shows; ``queries`` as for the room, ``seen`` of ``names``."""
         super().add(field, queries, seen)
         company = company_of(queries)
+        if seen is None:
+            return
         for number, name in enumerate(seen.names):
             points = seen.points_map[seen.point_owner == number, :2]
             if name == queries.texts[0] or name in ROOM_WORDS or not len(points):

@@ -6,20 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.places.rooms import rooms_of
-from onemap_mapper.query.replies import search_view
-from onemap_mapper.query.scores import MapScores
-from onemap_shared.messages import NO_ROOM, Occupancy
+from onemap_shared.messages import NO_ROOM, Occupancy, SearchView
 from onemap_simulator.scene.scene import Scene
 
 MIN_SEEN_M2 = 1.0  # of a room's floor: with less it was not visited
 
 
-def room_ious(belief: BeliefMap, scene: Scene) -> Iterator[float]:
+def room_ious(view: SearchView, scene: Scene) -> Iterator[float]:
     """Of each true room that was seen: IoU of its free cells with those of the best room found,
     within all true rooms."""
-    view = search_view(MapScores(belief).of([]), text="")
     found, free = rooms_of(view), view.occupancy == Occupancy.FREE
     grid = found.grid
     centres = grid.centres(np.argwhere(np.ones(grid.shape, bool))).reshape(*grid.shape, 2)

@@ -18,6 +18,7 @@ import numpy as np
 
 from onemap_perception.detectors.boxes import Box, detections_from_boxes
 from onemap_perception.detectors.protocol import Detection, Image
+from onemap_perception.errors import ImageError
 from onemap_perception.text.competition import Competition
 from onemap_perception.text.embeddings import unit_rows
 from onemap_perception.text.queries import QueryEncoder
@@ -134,6 +135,10 @@ class SimulatedEncoder:
         if self._competition is None:
             return queries
         return self._competition.queries(texts, self._common_rows(texts), **ids, floor=0.0)
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:  # noqa: ARG002
+        """See ``ImageEncoder``: labels show nothing of a picture."""
+        raise ImageError("a simulated encoder takes no pictures: search by a name")
 
     def _common_rows(self, texts: Sequence[str]) -> F32:
         """Embeddings (N, D) of texts, with what all of them have in common."""
