@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from onemap_planner.config import PlannerConfig
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.method import ONEMAP, PlanningMethod
@@ -23,7 +24,6 @@ from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
 from onemap_planner.policy.names import view_request
 from onemap_planner.policy.outcome import Decision, Observation
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search import state_machine as sm
 from onemap_planner.searches import SearchRegistry
@@ -240,7 +240,7 @@ class ThreadInputs:
 
 
 class PlanningThread:
-    """Plans every ``period_s``; ``result`` is replaced as a whole, so any thread may read it.
+    """Plans at ``plan_hz``; ``result`` is replaced as a whole, so any thread may read it.
 
     planned: called after each new plan. map_changed: to be set at each change of the map.
     """
@@ -249,17 +249,16 @@ class PlanningThread:
         self,
         bus: Bus,
         registry: SearchRegistry,
-        params: PlannerParams,
+        config: PlannerConfig,
         *,
-        period_s: float,
         now: Callable[[], ThreadInputs],
         planned: Callable[[], None] = lambda: None,
         method: PlanningMethod = ONEMAP,
     ) -> None:
-        self._bus, self._registry, self._params, self._now = bus, registry, params, now
+        self._bus, self._registry, self._params, self._now = bus, registry, config, now
         self._method = method
         self._clock = bus.clock
-        self._period_s, self._planned = period_s, planned
+        self._period_s, self._planned = 1.0 / config.plan_hz, planned
         self.map_changed = bus.clock.event()
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)

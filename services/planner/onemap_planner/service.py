@@ -73,7 +73,6 @@ class Planner:
             bus,
             self._registry,
             self._config,
-            period_s=1.0 / config.plan_hz,
             now=self._thread_inputs,
             planned=self._woken.set,
             method=method,
