@@ -188,6 +188,12 @@ def not_navigable(xy: Xy) -> str:
     return f"the robot's own navigation found no way to ({xy[0]:.1f}, {xy[1]:.1f})"
 
 
+def seen_out_of_reach(xy: Xy, sightings: int) -> str:
+    """That an object was detected at a place (metres), and the robot found no way to it."""
+    images = "one image" if sightings == 1 else f"{sightings} images"
+    return f"; seen in {images} at ({xy[0]:.1f}, {xy[1]:.1f}), but no way to it was found"
+
+
 # Why the robot leaves a thing aside.
 NOT_CONFIRMED = "the camera did not confirm it from near"
 NO_WAY_TO = "no way leads to it"

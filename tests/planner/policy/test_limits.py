@@ -47,6 +47,19 @@ def test_the_time_is_that_of_all_objects() -> None:
     assert event.code is FailureCode.TIME_LIMIT
 
 
+@pytest.mark.parametrize(("phase", "told"), [(Exploring(), True), (None, False)])
+def test_what_was_seen_out_of_reach_is_told_at_the_limit(phase: Phase | None, told: bool) -> None:
+    seen = candidate(2.5, 2.5)
+    search = replace(SEARCH, phase=phase or Approaching(seen))
+    state = replace(planner_state(seen), search=search)
+    state.active_time_s = LIMIT_S + 100.0
+    event = limit_reached(state, observed(0.0, 0.0), LIMIT_S)
+    assert isinstance(event, sm.Ending)
+    place = "at (2.5, 2.5), but no way to it was found"
+    assert event.reason.startswith(f"not found within {LIMIT_S:.0f} s")
+    assert event.reason.endswith(place) is told
+
+
 def test_a_limit_ends_a_search_that_waits() -> None:
     search = replace(SEARCH, phase=sm.Exploring(), budget=sm.Budget(0, 12))
     waiting = replace(observed(12.0, 0.0), stale_reason="waiting for the map")

@@ -7,11 +7,12 @@ from math import inf
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import COMMANDED_MPS, MAX_STUCK_COUNT, STUCK_RADIUS_M, met_at
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.evidence import agreed
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.take_in import TakenIn
 from onemap_planner.search import state_machine as sm
-from onemap_planner.sentences import STUCK_ON_WAY, not_navigable
+from onemap_planner.sentences import STUCK_ON_WAY, not_navigable, seen_out_of_reach
 from onemap_shared.messages import FailureCode, SearchState
 
 # With stale or missing inputs before the search fails: a restarted stage is back in half of it.
@@ -122,5 +123,7 @@ def limit_reached(
     if state.active_time_s - search.target_start.since_active_time_s > limit_s:
         missed = "not found" if search.target else "not reached"
         reason = f"{missed} within {limit_s:.0f} s, the limit for one object"
+        if isinstance(search.phase, sm.Exploring) and (seen := agreed(state)):
+            reason += seen_out_of_reach(seen[0].xyz[:2], seen[0].sightings)
         return sm.Ending(SearchState.FAILED, reason, FailureCode.TIME_LIMIT)
     return None
