@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import torch
 
+from onemap_mapper.belief.cells import NOT_KNOWN, CellStore, FeatureShare
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
+from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.replies import ViewReplies, judged, search_view, similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
@@ -28,6 +30,7 @@ SOFA, WALL = np.eye(16, dtype=np.float32)[:2]
 RED, BLUE, GREY = (
     lab_of(np.array(rgb, np.uint8)) for rgb in ((180, 30, 30), (40, 70, 180), 3 * [130])
 )
+CPU, FIRST = torch.device("cpu"), np.zeros(1, np.int64)
 QUERY = TextQuery("sofa", torch.from_numpy(np.stack([SOFA, WALL])), 30.0, 0.25)
 
 
@@ -139,6 +142,35 @@ def test_colours_are_in_the_file_and_need_not_be(tmp_path: Path) -> None:
             belief.store.colours if colours is not None else np.full((again.store.count, 3), np.nan)
         )
         np.testing.assert_allclose(again.store.colours, known, atol=0.51)
+
+
+def test_colours_weigh_as_the_views_that_told_them() -> None:
+    """A cell that was seen long without a colour, then once in grey."""
+
+    def store(confidence: float) -> CellStore:
+        known = CellStore(1, device=CPU, dtype=torch.float32, max_prior=300.0)
+        known.new_slots(np.zeros((1, 2), np.int64))
+        for c, colour in ((confidence, None), (0.1, GREY)):
+            see(known, c, colour)
+        return known
+
+    def see(known: CellStore, c: float, colour: F32 | None) -> None:
+        beside = NOT_KNOWN if colour is None else NOT_KNOWN._replace(colours=colour[None])
+        confidence = np.array([c], np.float32)
+        known.fuse(FIRST, torch.zeros((1, 1)), confidence, revision=1, beside=beside)
+
+    watched, fresh, merged = store(300.0), store(0.0), store(300.0)
+    for _ in range(50):
+        see(watched, 0.8, BLUE)
+        see(fresh, 0.8, BLUE)
+    np.testing.assert_array_equal(watched.colours, fresh.colours)
+    np.testing.assert_allclose(watched.colours, BLUE[None], atol=1.0)
+    none, one = np.zeros((1, LEVELS), np.float32), np.array([20.0])
+    share = FeatureShare(watched.cells, torch.zeros((1, 1)), one, one, none, BLUE[None])
+    merged.put_in(FIRST, share, revision=2)
+    np.testing.assert_allclose(merged.colours, BLUE[None], atol=1.0)
+    watched.put_in(FIRST, replace(share, colours=np.full((1, 3), np.nan, np.float32)), revision=2)
+    np.testing.assert_array_equal(watched.colours, fresh.colours)
 
 
 def test_colours_follow_a_merge() -> None:

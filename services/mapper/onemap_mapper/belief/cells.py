@@ -61,6 +61,9 @@ def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
+# What the colours of a file count for at most, in near views, of c = 1: it does not say how many
+# views told them, and ten more outweigh a glance.
+COLOURS_OF_FILE = 10.0
 GROUP = 64  # slots, whose newest change is kept: a frame's cells lie in some dozens of groups
 RESERVE = 1.25  # times what there was, so that a large map is not copied for every block
 
@@ -72,7 +75,7 @@ def searched_row(robot: int) -> int:
 
 @compiled
 def fuse_slots(
-    held: tuple[F64, F32, F32, I64, I64],
+    held: tuple[F64, F32, F32, F64, I64, I64],
     frame: tuple[I64, F32, F32, F32],
     counts_for: F32,
     most: float,
@@ -80,12 +83,13 @@ def fuse_slots(
 ) -> tuple[F32, I64]:
     """Fuse all of an observation but its features.
 
-    held: confidences (rows, slots), heights, colours, and when slots and groups of them changed;
+    held: confidences (rows, slots), heights, colours, the confidences of these, and when slots and
+    groups of them changed;
     frame: distinct slots (n,), confidence (n,), heights (n, LEVELS) and colours (n, 3), or none of
     them: not known; counts_for (rows,): how often; most: as ``max_prior``. Returns the gains (n,)
     and ``seeds`` (n,).
     """
-    confidence, heights, colours, changed_at, group_changed_at = held
+    confidence, heights, colours, coloured, changed_at, group_changed_at = held
     slots, new, shares, lab = frame
     K, seed = np.empty(len(slots), np.float32), np.empty(len(slots), np.int64)
     bits = confidence[0].view(np.int64)
@@ -98,13 +102,13 @@ def fuse_slots(
                 before = heights[slot, level]
                 after = before + K[k] * (shares[k, level] - before)
                 heights[slot, level] = max(after, np.float32(0))
-        if len(lab):
+        if len(lab) and not np.isnan(lab[k, 0]):
+            share = np.float32(new[k] / max(min(coloured[slot], most) + new[k], TINY))
+            coloured[slot] += new[k]
             for channel in range(3):
                 before, seen = colours[slot, channel], lab[k, channel]
-                if np.isnan(before):
-                    colours[slot, channel] = seen
-                elif not np.isnan(seen):
-                    colours[slot, channel] = before + K[k] * (seen - before)
+                mean = before + share * (seen - before)
+                colours[slot, channel] = seen if np.isnan(before) else mean
         for row in range(len(counts_for)):
             if counts_for[row] > 0:
                 confidence[row, slot] += counts_for[row] * new[k]
@@ -171,11 +175,13 @@ class CellStore:
         self._group_changed_at = np.zeros(0, np.int64)  # the newest of each group of slots
         self._heights = np.zeros((0, LEVELS), np.float32)  # shares by level
         self._colours = np.zeros((0, 3), np.float32)  # Lab, NaN: not known
+        self._coloured = np.zeros(0)  # c of the views that told a colour, 0: none did
 
     @property
     def nbytes(self) -> int:
         per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
-        held = sum(array.nbytes for array in (*per_slot, self._heights, self._colours))
+        told = self._heights, self._colours, self._coloured
+        held = sum(array.nbytes for array in (*per_slot, *told))
         return held + sum(block.nbytes for block in self._blocks)
 
     @property
@@ -251,6 +257,7 @@ class CellStore:
         self._confidence = np.pad(self._confidence, ((0, 0), (0, extra)))
         self._heights = np.pad(self._heights, ((0, extra), (0, 0)))
         self._colours = np.pad(self._colours, ((0, extra), (0, 0)), constant_values=np.nan)
+        self._coloured = np.pad(self._coloured, (0, extra))
 
     def fuse(
         self,
@@ -271,7 +278,8 @@ class CellStore:
         counts_for = np.zeros(len(self._confidence), np.float32)
         counts_for[[0, searched, EXPLORED]] = 1.0, views.searched, views.explored
         changed = self._changed_at, self._group_changed_at
-        held = self._confidence, self._heights, self._colours, *changed
+        told = self._heights, self._colours, self._coloured
+        held = self._confidence, *told, *changed
         frame = slots, confidence, *beside
         K, seed = fuse_slots(held, frame, counts_for, float(self.max_prior), revision)
         self._move(slots, features, K, seed)
@@ -305,7 +313,10 @@ class CellStore:
             self._move(slots[some], features, K[some], seeds(before[some]))
         known = self._heights[slots]
         self._heights[slots] = np.maximum(known + K[:, None] * (share.heights - known), 0)
-        self._colours[slots] = _mixed(self._colours[slots], share.colours, K)
+        told = np.minimum(share.confidence, COLOURS_OF_FILE) * ~np.isnan(share.colours[:, 0])
+        K_colour = gain(self._coloured[slots], told)
+        self._colours[slots] = _mixed(self._colours[slots], share.colours, K_colour)
+        self._coloured[slots] += told
         self._confidence[0, slots] += share.confidence
         self._confidence[EXPLORED, slots] += share.explored
         self._changed_at[slots] = revision
@@ -350,6 +361,7 @@ class CellStore:
     def doubt(self, slots: I64, most: float) -> None:
         """Let what is known of slots count for ``most`` at most from now on."""
         self._confidence[0, slots] = np.minimum(self._confidence[0, slots], most)
+        self._coloured[slots] = np.minimum(self._coloured[slots], most)
 
     def reset_searched(self, robot: int = 0) -> None:
         """Set sigma_E of a robot to infinity in all slots; features and their confidence stay."""
