@@ -8,7 +8,7 @@ place that the map does not show is not known.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan
 from types import MappingProxyType
@@ -17,12 +17,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, area_mask
 from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import (
     CheckedCondition,
     Detail,
     Holds,
+    KeptObject,
     MapPlaces,
     Occupancy,
     Relation,
@@ -46,6 +47,22 @@ class Thing:
 
     cells: I64
     height_m: float = nan
+
+
+def thing_of(kept: KeptObject, grid: GridSpec) -> Thing:
+    """A find that the map keeps; without cells where it lies outside of the grid."""
+    inside = area_mask(grid, kept.extent_m)
+    cells = np.argwhere(inside) if inside is not None else np.empty((0, 2), np.int64)
+    return Thing(cells, kept.position_m[2])
+
+
+def things_of(
+    finds: Sequence[KeptObject], names: Iterable[str], grid: GridSpec
+) -> dict[str, list[Thing]]:
+    """The finds of each of these names, on the map."""
+    found = {name: [f for f in finds if same_name(f.name, name)] for name in names}
+    placed = {name: [thing_of(each, grid) for each in kept] for name, kept in found.items()}
+    return {name: [each for each in known if len(each.cells)] for name, known in placed.items()}
 
 
 @dataclass(frozen=True, slots=True)

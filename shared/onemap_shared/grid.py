@@ -102,3 +102,15 @@ def onto(grid: GridSpec, source: GridSpec, layer: NDArray, fill: float = 0) -> N
         dx, dy = shift
         moved[x0:x1, y0:y1] = layer[x0 - dx : x1 - dx, y0 - dy : y1 - dy]
     return moved
+
+
+def area_mask(grid: GridSpec, area_m: tuple[float, ...]) -> Bool | None:
+    """Cells (nx, ny) whose centres lie in x_min, y_min, x_max, y_max; None for an empty area."""
+    if not area_m:
+        return None
+    x_min, y_min, x_max, y_max = area_m
+    nx, ny = grid.shape
+    x = grid.centres(np.stack([np.arange(nx), np.zeros(nx, np.int64)], axis=1))[:, 0]
+    y = grid.centres(np.stack([np.zeros(ny, np.int64), np.arange(ny)], axis=1))[:, 1]
+    inside: Bool = ((x >= x_min) & (x <= x_max))[:, None] & ((y >= y_min) & (y <= y_max))
+    return inside

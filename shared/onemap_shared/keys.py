@@ -192,7 +192,7 @@ ROLES: Mapping[str, Access] = {
         serves=SEARCHES,
         calls=(
             *(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
-            MAP_PLACES,
+            *(MAP_OBJECTS, MAP_PLACES),
         ),
     ),
     "gateway": Access(

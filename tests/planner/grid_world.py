@@ -23,7 +23,15 @@ from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import confirming
 from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Detail, Detections, Layer, MapPlaces, Occupancy, SearchView
+from onemap_shared.messages import (
+    Detail,
+    Detections,
+    KeptObject,
+    Layer,
+    MapPlaces,
+    Occupancy,
+    SearchView,
+)
 from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 
@@ -268,6 +276,7 @@ class SimulatedSearch:
     reached: Pose2d | None = None
     refused: Pose2d | None = None
     places: MapPlaces = NOWHERE
+    finds: tuple[KeptObject, ...] = ()
     offset_m: float = 0.0
     controls_per_step: int = CONTROLS_PER_STEP
     off_m: float = 1.5 * ARRIVE_M  # from the goal to where the robot stands for it
@@ -302,6 +311,7 @@ class SimulatedSearch:
             reached=self.reached,
             refused=self.refused,
             places=self.places,
+            finds=self.finds,
             offset_m=self.offset_m,
             anchor_views=tuple(map(self.world.view, self.state.search.detail.anchors)),
         )

@@ -68,7 +68,7 @@ class SimulatedServices:
         self.perception = self.router.bus("p")
         self.perception.serve(keys.EMBED_TEXT, embeddings)
         self.config = config
-        self.count = self.places_version = 0
+        self.count = self.places_version = self.objects_version = 0
         self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
         self.lag_s = 0.0  # of the map's frame behind the odometry
         self.start_planner()
@@ -124,7 +124,12 @@ class SimulatedServices:
                 self.count, self.count, shown_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0
             )
             self.revisions.put(
-                replace(map_now, places_version=self.places_version, offset_m=self.offset_m)
+                replace(
+                    map_now,
+                    places_version=self.places_version,
+                    objects_version=self.objects_version,
+                    offset_m=self.offset_m,
+                )
             )
         self.planner.step(0.0)
         self.planner.step(0.05)

@@ -10,10 +10,15 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     UNKNOWN_PLACES,
     Detail,
+    KeptObject,
     MapPlaces,
+    ObjectList,
+    ObjectListRequest,
     Place,
     PlaceKind,
     PlacesRequest,
+    Relation,
+    RelationKind,
     SearchRequest,
 )
 from onemap_shared.transport import RemoteError, RequestRejected
@@ -21,6 +26,7 @@ from tests.planner.drawn_maps import places_of
 from tests.planner.simulated_services import ROOM, SimulatedServices, moves
 
 FAR = Place("far", PlaceKind.KEEP_OUT, corners_m=((8.0, 8.0), (9.0, 8.0), (9.0, 9.0)))
+NOWHERE_M = (0.0, 0.0, 1.0)
 KITCHEN = Place("kitchen", PlaceKind.KEEP_OUT, inside_m=(1.0, 1.0))
 
 
@@ -83,6 +89,27 @@ def test_a_room_that_the_map_does_not_show_stops_the_robot(services: SimulatedSe
     services.start("sofa")
     services.until(lambda: "the map shows no room for 'kitchen'" in services.get().reason)
     assert not any(map(moves, services.sent_commands()))
+
+
+def test_finds_are_read_for_anchors_and_again_when_they_change(
+    services: SimulatedServices,
+) -> None:
+    told: list[int] = []
+
+    def finds(_: ObjectListRequest) -> ObjectList:
+        version = services.objects_version
+        told.append(version)
+        bed = KeptObject(f"bed-{version}", "bed", NOWHERE_M, (*NOWHERE_M, 1.0), 0.9, 1, "s", 1, 1)
+        return ObjectList((bed,))
+
+    services.mapper.serve(keys.MAP_OBJECTS, finds)
+    beside = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
+    services.caller.call(keys.SEARCH_START, SearchRequest(("lamp",), details=(beside,)))
+    kept = services.planner._planning_thread._kept
+    services.until(lambda: [each.object_id for each in kept.known] == ["bed-0"])
+    services.objects_version = 1
+    services.until(lambda: [each.object_id for each in kept.known] == ["bed-1"])
+    assert told == [0, 1]
 
 
 def test_a_place_to_stay_out_of_must_exist(services: SimulatedServices) -> None:

@@ -1,13 +1,15 @@
-"""The places of the map, asked for again when they may have changed."""
+"""The places and the finds of the map, asked for again when they may have changed."""
 # Talks: calls the mapper, on the planning thread.
 
 from __future__ import annotations
+
+from contextlib import suppress
 
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.search.state_machine import Search
 from onemap_planner.sentences import waiting_for
 from onemap_shared import keys
-from onemap_shared.messages import PlacesRequest
+from onemap_shared.messages import KeptObject, ObjectListRequest, PlacesRequest
 from onemap_shared.places import NOWHERE, Zones
 from onemap_shared.transport import Bus, CallError
 
@@ -47,3 +49,26 @@ class FollowedPlaces:
                     self.version, problem = UNKNOWN, str(failed)
         problem = problem or Zones(self.known, search.stay_out).problem()
         return waiting_for("the keep-out zones", problem) if problem else ""
+
+
+class FollowedFinds:
+    """The finds that the map keeps, for the anchors of descriptions; of one thread.
+
+    While they cannot be read the last ones hold: no safety rests on them.
+    """
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus, self._version, self._asked_s = bus, UNKNOWN, float("-inf")
+        self.known: tuple[KeptObject, ...] = ()
+
+    def follow(self, inputs: LatestInputs, search: Search) -> None:
+        """Ask for the finds if they may have changed, and the search names anchors."""
+        version, now_s = inputs.objects_version, self._bus.clock.monotonic_s()
+        if version == self._version or not search.detail.anchors or now_s < self._asked_s + EVERY_S:
+            return
+        if version[0] != self._version[0]:
+            self.known = ()  # of another map
+        self._asked_s = now_s
+        with suppress(CallError):
+            self.known = self._bus.call(keys.MAP_OBJECTS, ObjectListRequest(), TIMEOUT_S).objects
+            self._version = version

@@ -78,14 +78,14 @@ class LatestInputs:
 
     collided_s: when a collision was last reported; odometer_m: distance driven since the start, up
     to counted_xy, metres; map_rate: of new frames in the map; map_id and map_version: of the newest
-    map, the latter (revision, frames fused); map_count: different maps so far; places_version: that
-    count, and the version of this map's places; exchange_count: of these, those that took the place
-    of another in a running mapper; stages: the processes of perception and mapper, and stages_at_s
-    when they last changed; start: what one of them says about its start, and start_at_s when; loop
-    and delay: how long commands and odometry travel; mixed: why messages of several robots or
-    mappers come, empty if they do not; driver: who drives the robot; camera: of the robot, and
-    offset_m, see ``MapRevision``, as the mapper last told them; reached and hold: what the robot's
-    own navigation says, see ``Odometry``.
+    map, the latter (revision, frames fused); map_count: different maps so far; places_version and
+    objects_version: that count, and the version of this map's places and finds; exchange_count: of
+    these, those that took the place of another in a running mapper; stages: the processes of
+    perception and mapper, and stages_at_s when they last changed; start: what one of them says
+    about its start, and start_at_s when; loop and delay: how long commands and odometry travel;
+    mixed: why messages of several robots or mappers come, empty if they do not; driver: who drives
+    the robot; camera: of the robot, and offset_m, see ``MapRevision``, as the mapper last told
+    them; reached and hold: what the robot's own navigation says, see ``Odometry``.
     """
 
     pose: Pose2d | None = None
@@ -102,6 +102,7 @@ class LatestInputs:
     map_count: int = 0
     exchange_count: int = 0
     places_version: tuple[int, int] = (0, 0)
+    objects_version: tuple[int, int] = (0, 0)
     map_rate: RateMeter = field(default_factory=RateMeter)
     loop: LoopMonitor = field(default_factory=LoopMonitor)
     delay: OdometryDelay = field(default_factory=OdometryDelay)
@@ -246,6 +247,7 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
         places_version=(inputs.map_count + another, message.places_version),
+        objects_version=(inputs.map_count + another, message.objects_version),
         exchange_count=inputs.exchange_count + (another and revisions > 0),
         camera=message.camera[0] if message.camera else inputs.camera,
         offset_m=message.offset_m,

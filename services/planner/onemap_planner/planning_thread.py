@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.followed_places import FollowedPlaces
+from onemap_planner.followed_places import FollowedFinds, FollowedPlaces
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.method import ONEMAP, PlanningMethod
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
@@ -263,7 +263,7 @@ class PlanningThread:
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
         self._views = ViewRequests(bus, VIEW_TIMEOUT_S)
-        self._places = FollowedPlaces(bus)
+        self._places, self._kept = FollowedPlaces(bus), FollowedFinds(bus)
         self._finds = FindOutbox(bus)
         self._reset_target: tuple[str, int] | None = None
         self.result = PlanningResult()
@@ -335,6 +335,7 @@ class PlanningThread:
             stale_reason = waiting_for("the mapper", "it is not running")
         if view is not None:
             stale_reason = self._places.follow(self._now().inputs, state.search, view.revision)
+            self._kept.follow(self._now().inputs, state.search)
         now, now_s = self._now(), self._clock.monotonic_s()
         if view is not None:
             stale_reason = stale_reason or self._unusable(view, now.inputs, now_s)
@@ -358,6 +359,7 @@ class PlanningThread:
             refused=now.inputs.refused,
             anchor_views=anchor_views,
             places=self._places.known,
+            finds=self._kept.known,
             offset_m=now.inputs.offset_m,
             pose_ns=now.inputs.odometry.stamp_ns if now.inputs.odometry else 0,
         )

@@ -90,6 +90,15 @@ def test_an_anchor_that_was_found_counts_and_the_unseen_may_hold_one() -> None:
     assert checked(lamp, here) == (NOT_CHECKED, (), (unseen,))
 
 
+@pytest.mark.parametrize(("shown", "holds"), [(0.4, YES), (0.2, NO)])
+def test_detections_of_an_anchor_settle_what_the_map_leaves_open(
+    shown: float, holds: m.Holds
+) -> None:
+    here = seen_in_room(related(NEXT_TO), shown=shown)
+    evidence = Evidence(anchors={"bed": (candidate(2.05, 2.45),)})
+    assert checked(candidate(1.45, 2.45), here, evidence)[0] is holds
+
+
 @pytest.mark.parametrize(
     ("kind", "z", "holds"),
     [(ON, 0.7, True), (ON, 0.1, False), (UNDER, 0.1, True), (UNDER, 0.7, False)],

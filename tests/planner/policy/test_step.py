@@ -9,7 +9,15 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d, Reverse
 from onemap_planner.search.state_machine import Approaching, Exploring, Finished, LookingAround
-from onemap_shared.messages import After, Detail, Occupancy, Relation, RelationKind, SearchState
+from onemap_shared.messages import (
+    After,
+    Detail,
+    KeptObject,
+    Occupancy,
+    Relation,
+    RelationKind,
+    SearchState,
+)
 from tests.planner import grid_world
 from tests.planner.grid_world import in_plan, one_room, start, two_rooms
 
@@ -154,6 +162,19 @@ def test_of_two_lamps_the_one_next_to_the_bed_is_found() -> None:
         (ox + RIGHT[0] + 0.15, oy + RIGHT[1] + 0.15), abs=0.3
     )
     assert result.checks == ("0.3 m from the bed",)
+
+
+def test_a_bed_that_the_map_keeps_of_an_earlier_search_is_an_anchor() -> None:
+    plan = one_room()
+    plan.put("lamp", *WRONG, 0.3)
+    world = in_plan(plan)
+    run = start(world, "lamp", detail=BESIDE)
+    ox, oy = world.floor_plan.grid.bounds_m[:2]
+    x, y = ox + WRONG[0] + 0.15, oy + WRONG[1] + 0.6
+    extent_m = (x - 0.2, y - 0.2, x + 0.2, y + 0.2)
+    run.finds = (KeptObject("a", "bed", (x, y, 0.4), extent_m, 0.9, 1, "before", 1, 1),)
+    (result,) = run.until_over(300.0).results
+    assert result.outcome is SearchState.FOUND
 
 
 def test_only_another_lamp_is_an_outcome_of_its_own() -> None:

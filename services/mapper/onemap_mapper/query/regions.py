@@ -11,9 +11,8 @@ from scipy import ndimage
 from onemap_mapper.belief.version import NO_SLOT, MapVersion
 from onemap_mapper.occupancy.heights import height_band, surroundings
 from onemap_mapper.query.similarity import TOP_CELLS
-from onemap_mapper.query.verdicts import area_mask
 from onemap_shared.geometry import F32, I64, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, area_mask
 
 # A cell's sides, from corner to corner counter-clockwise, and its neighbour beyond each.
 SIDES = (

@@ -22,11 +22,12 @@ from onemap_mapper.query.regions import (
 )
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
 from onemap_mapper.query.similarity import CellScores, TextQuery, against, guiding, ranks
-from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
+from onemap_mapper.query.verdicts import FloorCoverage, frontier_worths, judge
 from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, whereabouts
 from onemap_shared.colours import likeness
-from onemap_shared.conditions import Surroundings
+from onemap_shared.conditions import Surroundings, things_of
 from onemap_shared.geometry import F32, U8, Bool
+from onemap_shared.grid import area_mask
 from onemap_shared.joint_belief import by_rank, joint_belief, place_masks, place_weights
 from onemap_shared.messages import (
     NO_DETAIL,
@@ -182,7 +183,7 @@ def _surroundings(
         {name: _similarity(version, scores) for name, scores in anchors},
         known.places,
         place_masks(detail, known.places, version.grid),
-        known.things(detail.anchors, version.grid),
+        things_of(known.finds, detail.anchors, version.grid),
         version.likeness(detail.colour),
     )
 

@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from onemap_mapper.belief.version import MapVersion
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, area_mask
 from onemap_shared.messages import Layer, MapVerdict, Occupancy, Verdict
 from onemap_shared.sight import EIGHT_NEIGHBOURS, in_sight
 
@@ -201,18 +201,6 @@ def frontier_worths(
         if robot_xy_m:
             worths[index] -= WORTH_PER_M * np.linalg.norm(place - np.asarray(robot_xy_m))
     return worths
-
-
-def area_mask(grid: GridSpec, area_m: tuple[float, ...]) -> Bool | None:
-    """Cells (nx, ny) whose centres lie in x_min, y_min, x_max, y_max; None for an empty area."""
-    if not area_m:
-        return None
-    x_min, y_min, x_max, y_max = area_m
-    nx, ny = grid.shape
-    x = grid.centres(np.stack([np.arange(nx), np.zeros(nx, np.int64)], axis=1))[:, 0]
-    y = grid.centres(np.stack([np.zeros(ny, np.int64), np.arange(ny)], axis=1))[:, 1]
-    inside: Bool = ((x >= x_min) & (x <= x_max))[:, None] & ((y >= y_min) & (y <= y_max))
-    return inside
 
 
 KEPT_S = 1.0  # in which a robot drives half a metre

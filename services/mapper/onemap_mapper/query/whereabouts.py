@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import dist, isfinite
 
@@ -12,8 +12,15 @@ from scipy.spatial import cKDTree
 from onemap_mapper.belief.version import MapVersion
 from onemap_mapper.query.regions import region_bands
 from onemap_mapper.query.scores import ScoredVersion
-from onemap_mapper.query.verdicts import area_mask
-from onemap_shared.conditions import LIKELY, SLACK_M, Candidate, Surroundings, Thing, check
+from onemap_shared.conditions import (
+    LIKELY,
+    SLACK_M,
+    Candidate,
+    Surroundings,
+    Thing,
+    check,
+    thing_of,
+)
 from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
@@ -46,12 +53,6 @@ class Knowledge:
     places: MapPlaces = NOWHERE
     finds: tuple[KeptObject, ...] = ()
 
-    def things(self, names: Iterable[str], grid: GridSpec) -> dict[str, list[Thing]]:
-        """The finds of each of these names, on the map."""
-        found = {name: [f for f in self.finds if same_name(f.name, name)] for name in names}
-        placed = {name: [_thing(each, grid) for each in kept] for name, kept in found.items()}
-        return {name: [each for each in known if len(each.cells)] for name, known in placed.items()}
-
 
 NOTHING_KNOWN = Knowledge()
 
@@ -80,7 +81,7 @@ def whereabouts(
     """
     grid, name = version.grid, request.text
     detail = replace(request.detail, negatives=request.negatives)
-    found = [Landmark(each.name, _thing(each, grid)) for each in known.finds]
+    found = [Landmark(each.name, thing_of(each, grid)) for each in known.finds]
     answers = []
     for cells in regions:
         thing = Thing(cells, _middle_m(version, cells))
@@ -110,10 +111,10 @@ def where_found(
     version, grid = scored.version, scored.version.grid
     shows = [text for text in scored.texts if text.query.has_probabilities]
     landmarks = {text.query.text: version.to_grid(text.scores) for text in shows}
-    found = [Landmark(each.name, _thing(each, grid)) for each in known.finds]
+    found = [Landmark(each.name, thing_of(each, grid)) for each in known.finds]
     told = []
     for kept in finds:
-        place, thing = place_at(known.places, kept.position_m[:2]), _thing(kept, grid)
+        place, thing = place_at(known.places, kept.position_m[:2]), thing_of(kept, grid)
         relation, landmark = RelationKind.NEXT_TO, ""
         if len(thing.cells):
             near = [*found, *_shown(version, thing.cells, landmarks)]
@@ -121,12 +122,6 @@ def where_found(
         words = Whereabouts(place.name if place else "", relation, landmark).in_words
         told.append(replace(kept, where=words if len(words) <= MAX_WHERE_CHARS else ""))
     return told
-
-
-def _thing(kept: KeptObject, grid: GridSpec) -> Thing:
-    inside = area_mask(grid, kept.extent_m)
-    cells = np.argwhere(inside) if inside is not None else np.empty((0, 2), np.int64)
-    return Thing(cells, kept.position_m[2])
 
 
 def _middle_m(version: MapVersion, cells: I64) -> float:

@@ -11,7 +11,8 @@ from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.colours import TOO_DARK, has_colour
 from onemap_planner.world.description import Description
 from onemap_planner.world.map_view import MapView
-from onemap_shared.conditions import Candidate, Surroundings, Thing, check
+from onemap_shared.conditions import MAYBE, Candidate, Surroundings, Thing, check
+from onemap_shared.geometry import I64
 from onemap_shared.messages import CheckedCondition, Holds
 from onemap_shared.names import same_name
 
@@ -26,7 +27,8 @@ def check_find(
 ) -> tuple[CheckedCondition, ...]:
     """The verdict on each condition of the description; none without one.
 
-    An anchor is where the map shows it, and certainly where it was detected or found.
+    An anchor is where the map shows it, and certainly where it was found. Where the map shows that
+    it may be, so that a query leaves it to check, ``MIN_SIGHTINGS`` detections settle that it is.
     """
     description, map_view = context.description, context.map_view
     if description is None:
@@ -43,6 +45,13 @@ def check_find(
     return check(Candidate(thing, colour, alone=not candidate.supported), detail, around)
 
 
+def _shown(anchor: ObjectCandidate, name: str, description: Description, map_view: MapView) -> I64:
+    """The cells (K, 2) of a detected anchor where the map shows that it may be."""
+    cells = map_view.indices_of(anchor.surface)
+    shown: I64 = cells[description.anchors[name][tuple(cells.T)] >= MAYBE]
+    return shown
+
+
 def _surroundings(
     description: Description,
     map_view: MapView,
@@ -52,7 +61,8 @@ def _surroundings(
     things: dict[str, list[Thing]] = {}
     for name in description.anchors:
         detected = (c for c in evidence.anchors.get(name, ()) if c.sightings >= MIN_SIGHTINGS)
-        things[name] = [Thing(map_view.indices_of(c.surface), c.xyz[2]) for c in detected]
+        things[name] = [*description.found.get(name, ())]
+        things[name] += [Thing(_shown(c, name, description, map_view), c.xyz[2]) for c in detected]
         found = (each for each in found_objects if same_name(each.name, name))
         things[name] += [Thing(map_view.indices_of(each.cells), each.height_m) for each in found]
     return Surroundings(

@@ -12,7 +12,7 @@ from onemap_planner.search.state_machine import Event, EventStamp
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import CameraView, Detections, MapPlaces, ObjectFind
+from onemap_shared.messages import CameraView, Detections, KeptObject, MapPlaces, ObjectFind
 from onemap_shared.places import NOWHERE
 
 STAND = Rest()
@@ -29,7 +29,7 @@ class Observation:
     creeps: it allowed only the speed over floor that no camera saw; patience_from_s: before then
     nobody could expect fresh inputs, because a stage was starting; camera: of the robot; reached:
     the goal at which its own navigation says it stands, refused: the one at which that failed
-    twice, None without one; places: of the map;
+    twice, None without one; places: of the map; finds: that it keeps;
     anchor_views: of the anchors of the object's description; offset_m: how far beside the map the
     newest frame stands, see ``MapRevision``.
     """
@@ -50,6 +50,7 @@ class Observation:
     refused: Pose2d | None = None
     anchor_views: tuple[PlanningView, ...] = ()
     places: MapPlaces = NOWHERE
+    finds: tuple[KeptObject, ...] = ()
     offset_m: float = 0.0
     pose_ns: int = 0
 

@@ -23,6 +23,7 @@ from onemap_planner.world.candidates import Consensus
 from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.description import Description, described
 from onemap_planner.world.map_view import known_area_m2
+from onemap_shared.conditions import things_of
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import NO_DETAIL, Detail
 from onemap_shared.places import Zones
@@ -135,7 +136,11 @@ def _description(
     if detail == NO_DETAIL or not context.whole:
         return None
     views, places = observation.anchor_views, observation.places
-    return described(detail, views, places, context.map_view, context.pose.xy)
+    known = described(detail, views, places, context.map_view, context.pose.xy)
+    if known is None:
+        return None
+    found = things_of(observation.finds, detail.anchors, context.map_view.grid)
+    return replace(known, found=found)
 
 
 def _take_in_map(state: PlannerState, observation: Observation, context: PlanningContext) -> None:

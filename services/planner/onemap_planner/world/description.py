@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
+from onemap_shared.conditions import Thing
 from onemap_shared.geometry import F32, Bool
 from onemap_shared.grid import onto
 from onemap_shared.joint_belief import (
@@ -25,7 +27,8 @@ class Description:
 
     anchors: similarity (nx, ny) to each other object that is named, NaN where not observed; joint:
     None if nothing that the map shows is said of the object; places: of the map; shown: the cells
-    (nx, ny) of those that are named and that the map shows.
+    (nx, ny) of those that are named and that the map shows; found: anchors among the finds that the
+    map keeps, by name.
     """
 
     detail: Detail
@@ -33,6 +36,7 @@ class Description:
     joint: JointBelief | None
     places: MapPlaces
     shown: Mapping[str, Bool]
+    found: Mapping[str, Sequence[Thing]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def place(self) -> Bool | None:
