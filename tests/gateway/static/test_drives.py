@@ -103,6 +103,17 @@ def test_the_robot_is_sent_back_to_where_a_search_began(page: Page, robot: Robot
     assert page.errors == []
 
 
+def test_stop_ends_what_runs_now_whatever_the_page_shows(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    start_search(page)
+    assert robot.planner.status is not None
+    robot.planner.status = replace(robot.planner.status, search_id="s9")  # not told yet
+    page.click("#stop")
+    page.wait_for("!document.body.classList.contains('searching')")
+    assert robot.planner.status.state is SearchState.CANCELLED
+    assert page.errors == []
+
+
 def test_a_drag_moves_the_map_and_opens_nothing(page: Page, robot: Robot) -> None:
     place = open_page(page, robot)
     page.drag(place, (place[0] + 80, place[1]))

@@ -357,12 +357,12 @@ by("text").addEventListener("keydown", (event) => {
 by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
   act(by("stop"), async () => {
-    if (state.search?.active) return stop(state.search.id);
-    const known = state.search?.id;
+    // whichever runs now: the state that is shown may be of a search before
+    const { id: known, active } = state.search ?? {};
     const newest = await stop("current").catch((problem) => {
-      if (problem.status !== 404) throw problem; // 404: there is no search
+      if (active || problem.status !== 404) throw problem; // 404: there is no search
     });
-    if (newest?.id === known) throw new Error(UNSTOPPED); // else one had begun since the last message
+    if (!active && newest?.id === known) throw new Error(UNSTOPPED); // else one had begun since the last message
   }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
