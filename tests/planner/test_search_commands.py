@@ -87,6 +87,31 @@ def test_no_search_starts_for_a_caller_that_gave_up(services: SimulatedServices)
         services.get()
 
 
+@pytest.mark.parametrize("another", ["driver", "map", "planner"])
+def test_nobody_is_sent_to_coordinates_of_before(services: SimulatedServices, another: str) -> None:
+    """Neither back to where the robot stood, nor once more to the place of a drive."""
+    for _ in range(3):
+        services.frame()
+    services.go_to(3.0, 2.0)
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    assert services.get().start_m == (2.0, 2.0)
+    services.caller.call(keys.SEARCH_START, services.get().again(2.0))
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    if another == "driver":
+        services.restart_driver(named=True, joined=False)
+    elif another == "map":
+        services.count = 0
+    else:
+        services.planner.close()
+        services.planner_bus.close()
+        services.start_planner()
+    services.frame()
+    assert services.get().start_m == ()
+    with pytest.raises(RemoteError, match="say again where to drive"):
+        services.caller.call(keys.SEARCH_START, services.get().again(2.0))
+    services.go_to(3.0, 2.0)
+
+
 def test_a_second_search_is_refused_even_without_perception(services: SimulatedServices) -> None:
     first = services.start("sofa")
     services.perception.close()

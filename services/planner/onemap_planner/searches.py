@@ -190,6 +190,9 @@ class SearchCommands:
         names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
+        driver, map_count = self._frame()
+        if request.kind is not SearchKind.FIND and request.continues:
+            self._reject_coordinates_of_before(request.continues)
         _reject_if_late(request, self._clock.monotonic_s() - began_s)
         search = sm.new_search(
             self._clock.random.randbytes(6).hex(),
@@ -205,7 +208,8 @@ class SearchCommands:
             stay_out=request.stay_out,
             continues=request.continues,
             after=request.after,
-            driver=max(self._inputs().driver.count, 1),  # the first, if none was heard yet
+            driver=driver,
+            map_count=map_count,
         )
         return self._status_of(self._registry.start(search, synonyms))
 
@@ -224,7 +228,9 @@ class SearchCommands:
 
     def _get(self, request: SearchId) -> SearchStatus:
         try:
-            return self._status_of(self._registry.find(request.search_id))
+            search = self._registry.find(request.search_id)
+            status = self._status_of(search)
+            return status if self._has_frame_of_now(search) else replace(status, start_m=())
         except RequestRejected:
             for status in self._earlier():
                 if request.search_id in ("", status.search_id):
@@ -250,6 +256,26 @@ class SearchCommands:
                 "unknown_search", f"nothing is recorded of search {status.search_id}: {why}"
             )
         return replace(known, status=status)
+
+    def _frame(self) -> tuple[int, int]:
+        """Counts of the driver and the map whose coordinates are used now; the first, if none was
+        heard yet."""
+        inputs = self._inputs()
+        return max(inputs.driver.count, 1), max(inputs.map_count, 1)
+
+    def _has_frame_of_now(self, search: sm.Search) -> bool:
+        return (search.driver, search.map_count) == self._frame()
+
+    def _reject_coordinates_of_before(self, search_id: str) -> None:
+        """Reject a drive to the place of a search whose coordinates may be another place now."""
+        with suppress(RequestRejected):
+            if self._has_frame_of_now(self._registry.find(search_id)):
+                return
+        raise RequestRejected(
+            "conflict",
+            "the planner, the robot's driver or the map is another one since that search began, "
+            "and its coordinates may be another place now: say again where to drive",
+        )
 
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
         """Reject names that perception cannot embed or that resemble nothing it was trained on.

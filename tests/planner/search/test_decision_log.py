@@ -80,7 +80,7 @@ def test_a_search_is_read_back_with_its_way(tmp_path: Path) -> None:
     assert cut_off.reason.startswith("interrupted at 2001-09-09 01:46:40 UTC: the planner ended")
     assert cut_off.results[-1].name == "bed"
     record(tmp_path, ENDED, None, trail.take())
-    assert past(tmp_path) == [replace(ENDED, choice=NO_CHOICE)]
+    assert past(tmp_path) == [replace(ENDED, choice=NO_CHOICE, start_m=())]
     known = read(tmp_path, "s1")
     assert known is not None
     xs = [0.0, 0.3, 0.6, 0.7]  # nearer ones are left out; the last is that of the step

@@ -116,13 +116,17 @@ def step_document(
 
 
 def past(folder: Path) -> list[SearchStatus]:
-    """How each recorded search stood last, newest first; files that cannot be read are left out."""
+    """How each recorded search stood last, newest first; files that cannot be read are left out.
+
+    Without where it set out: the frame of that may have been another driver's.
+    """
     statuses = []
     for path in sorted((folder / FOLDER).glob("*.jsonl"), reverse=True):
         try:
             with path.open("rb") as file:
                 file.seek(max(file.seek(0, os.SEEK_END) - TAIL_BYTES, 0))
-                statuses.append(_status(_documents(file.read()[-TAIL_BYTES:], last=True)[-1]))
+                status = _status(_documents(file.read()[-TAIL_BYTES:], last=True)[-1])
+                statuses.append(replace(status, start_m=()))
         except (OSError, *UNUSABLE):
             continue
     return statuses

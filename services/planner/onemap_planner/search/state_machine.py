@@ -155,7 +155,8 @@ class Search:
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
     what helps; empty if it does not. details: what is said of each object, or nothing of any;
     stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
-    that it was accepted for, as ``DriverLife`` counts them. continues: id of the ended search whose
+    that it was accepted for, as ``DriverLife`` counts them; map_count: the same of the map, as
+    ``LatestInputs`` does. continues: id of the ended search whose
     rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its end,
     None before. passed: things of the present object's name that are left aside. start_xy: where
     the robot stood when it was accepted, None without odometry; way_back: once it returns there, by
@@ -178,6 +179,7 @@ class Search:
     details: tuple[Detail, ...] = ()
     stay_out: tuple[str, ...] = ()
     driver: int = 1
+    map_count: int = 1
     continues: str = ""
     began_s: float = 0.0
     took_s: float | None = None
