@@ -21,9 +21,11 @@ from onemap_gateway.http.routes.searches import search_events
 from onemap_gateway.service import build
 from onemap_shared import messages as m
 from tests.gateway.fakes import (
+    QUICK,
     WAIT_S,
     FakeMapper,
     FakePlanner,
+    client_on,
     find_result,
     gateway_on,
     kept_object,
@@ -335,6 +337,21 @@ def test_back_is_where_the_robot_stood_when_the_last_search_began(
         answer = client.post("/v1/searches", json={"go_to": "Back"})
         assert answer.status_code == status, answer.json()
     assert planner.requests[-1].place_m == (0.5, -1.5)
+
+
+def test_what_the_map_answers_too_late_begins_no_search(
+    router: MemoryRouter, planner: FakePlanner
+) -> None:
+    """All calls of a request have one deadline: its client waits no longer."""
+    with client_on(router, paces=replace(QUICK, start_s=1e-9)) as client:
+        planner.status = search("s1", m.SearchState.INTERRUPTED)
+        for path, body in (("", {"object": "sofa"}), ("/s1/again", None)):
+            answer = client.post(f"/v1/searches{path}", json=body)
+            assert (answer.status_code, planner.requests) == (503, [])
+            assert "nothing was started" in answer.json()["detail"]
+    with client_on(router, paces=replace(QUICK, start_s=1.0)) as client:
+        client.post("/v1/searches", json={"object": "sofa"})
+    assert 0.0 < planner.requests[-1].patience_s < 1.0
 
 
 @pytest.mark.parametrize(

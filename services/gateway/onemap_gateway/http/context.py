@@ -47,7 +47,8 @@ class Paces:
     """Limits in seconds, which only tests change.
 
     call_timeout_s: for a service's reply. A healthy one needs under 0.5 s; mapper and planner
-    themselves wait up to 2 s for perception, then report it missing. ready_within_s: since a frame
+    themselves wait up to 2 s for perception, then report it missing. start_s: for all calls of a
+    request that moves the robot; clients wait 5 s. ready_within_s: since a frame
     reached the map. live_period_s: between two states on /v1/live; the page interpolates. Streams
     look every poll_s for what is new, and ask the planner and the map as often as said.
     """
@@ -58,6 +59,7 @@ class Paces:
     poll_s: float = 0.1
     ask_planner_s: float = 2.0
     ask_map_s: float = 0.5
+    start_s: float = 4.0
 
 
 PACES = Paces()
@@ -121,7 +123,12 @@ class GatewayContext:
         """x, y of the robot in metres; empty before its first pose."""
         return (self.cache.state.robot or ())[:2]
 
-    async def search(self, procedure: Procedure[Q, SearchStatus], request: Q) -> SearchSnapshot:
+    async def search(
+        self,
+        procedure: Procedure[Q, SearchStatus],
+        request: Q,
+        timeout_s: float | None = None,
+    ) -> SearchSnapshot:
         """The search with which the planner replies; none begins where a recording is played."""
         alive = self.cache.state_with_fresh_liveliness().alive
         if procedure is keys.SEARCH_START and "replay" in alive:
@@ -130,7 +137,7 @@ class GatewayContext:
                 "A recording is played in place of a robot, which nothing can move: ask the map "
                 "with a query.",
             )
-        return search_snapshot(await self.call(procedure, request))
+        return search_snapshot(await self.call(procedure, request, timeout_s))
 
     async def told(self, status: SearchStatus) -> SearchSnapshot:
         """The search with where its finds are in words, if the mapper says so in time.

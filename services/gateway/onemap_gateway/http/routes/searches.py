@@ -123,11 +123,23 @@ Id = Annotated[str, Depends(planner_search_id)]
 
 async def start(gateway: GatewayContext, request: SearchStart) -> SearchSnapshot:
     """The search that began, with how it was understood on this map."""
+    began_s = gateway.cache.now_s()
     understood = await understand(gateway, request.described)
     named_m = await _named_m(gateway, request.go_to) if request.go_to else ()
-    for_planner = request.request(gateway.paces.call_timeout_s, understood.sentences, named_m)
-    search = await gateway.search(keys.SEARCH_START, for_planner)
+    patience_s = _patience_s(gateway, began_s)
+    for_planner = request.request(patience_s, understood.sentences, named_m)
+    search = await gateway.search(keys.SEARCH_START, for_planner, patience_s)
     return search.model_copy(update={"understood": understood.in_words()})
+
+
+def _patience_s(gateway: GatewayContext, began_s: float) -> float:
+    """Seconds that the planner has left for a request of ``began_s``: a client that has given up
+    must not see the robot set out. HttpProblem if nothing is left."""
+    left_s = gateway.paces.start_s - (gateway.cache.now_s() - began_s)
+    if left_s <= 0:
+        why = "The map took too long to answer, and nothing was started: try again."
+        raise HttpProblem("busy", why, service="mapper")
+    return min(left_s, gateway.paces.call_timeout_s)
 
 
 async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
@@ -135,7 +147,10 @@ async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
     if same_name(name, BACK):
         newest = await gateway.call(keys.SEARCH_GET, SearchId())
         if not newest.start_m:
-            why = "It is not known where the robot stood when the last search began."
+            why = (
+                "It is not known where the robot stood when the last search began, or the planner, "
+                "the robot's driver or the map is another one since then."
+            )
             raise HttpProblem("unknown_place", why, 422)
         return newest.start_m
     places = await gateway.call(keys.MAP_PLACES, PlacesRequest())
@@ -194,6 +209,7 @@ async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -
     reply is the search that it began, though that has ended, with its own id to go on with. With
     `current` it may be repeated only while that search is active.
     """
+    began_s = gateway.cache.now_s()
     before = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
     if search_id:
         begun = await _continuation(gateway, search_id)
@@ -204,8 +220,9 @@ async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -
         return search_snapshot(begun)
     if before.objects and not before.left:
         raise HttpProblem("nothing_left", "All objects of this search were found.")
-    request = before.again(gateway.paces.call_timeout_s)
-    starting = gateway.search(keys.SEARCH_START, request)
+    patience_s = _patience_s(gateway, began_s)
+    request = before.again(patience_s)
+    starting = gateway.search(keys.SEARCH_START, request, patience_s)
     return await _started(gateway, starting, response, request.continues)
 
 
