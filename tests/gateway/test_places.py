@@ -147,7 +147,7 @@ def test_the_room_of_the_robot_is_named(router: MemoryRouter, mapper: NamingMapp
         ("a", {"corners_m": [[0, 0], [1, 1], [2, 2]]}, "enclose 0.000 m2"),
         ("a", {**ZONE, "kind": "lava"}, "'kind'"),
         ("a", {"here": True}, "'here'"),
-        ("The Back", {}, "No place can have the name 'back', which sends the robot back"),
+        ("The Back", {}, "A place cannot be called 'back', which sends the robot back"),
         ("4", ZONE, "place holds no readable word: name a part of the floor"),
         ("x" * 201, ZONE, "201 characters"),
     ],

@@ -64,7 +64,7 @@ def test_auto_takes_the_gpu_if_torch_can_use_one(machine: pytest.MonkeyPatch) ->
 
 def test_a_gpu_that_comes_late_starts_the_mapper_again(machine: pytest.MonkeyPatch) -> None:
     machine.setattr(gpu, "ASK", "pass")
-    with pytest.raises(StartError, match="came late") as problem:
+    with pytest.raises(StartError, match="answers only now") as problem:
         gpu.resolved_device("auto", SystemClock())
     assert problem.value.temporary  # exit code 1: systemd starts it again
 

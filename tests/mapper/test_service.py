@@ -475,7 +475,7 @@ def test_frames_wait_until_what_is_of_another_world_is_set_aside(rig: Rig, tmp_p
     rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((ZONE,)))
     (tmp_path / "maps" / "other_worlds").write_text("in the way")
     rig.feed(*(replace(sofa_ahead(k), world="office") for k in range(1, 4)))
-    assert "cannot keep apart" in rig.mapper.health().problem
+    assert "cannot set aside" in rig.mapper.health().problem
     assert not rig.mapper.health().ready
     assert ZONE in rig.client.call(keys.MAP_PLACES, m.PlacesRequest()).places
     (tmp_path / "maps" / "other_worlds").unlink()

@@ -172,8 +172,9 @@ def test_a_signal_ends_at_once_what_is_still_built(space: Router) -> None:
 
 def test_one_signal_ends_a_service_that_hangs_at_its_end(space: Router) -> None:
     bus = join(space, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
     process = start(space, "hang at the end", stop_s=1.0)
-    eventually(lambda: "mapper" in bus.alive() or None)
+    eventually(lambda: ((b := beats.take(0.5)) and "answer" in b.metrics) or None)  # it runs
     process.send_signal(signal.SIGTERM)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1

@@ -41,11 +41,9 @@ TORN = Incident("disk torn", 10.0, "places.bin", 0.1, 0.5)
 # Which plan finds each; the seeds that found the others are in docs/reliability.md.
 PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("endless command", (Incident("kill", 8.0, "planner", 4.0),)),
-    ("nothing is stale", (Incident("kill", 8.0, "mapper", 8.0),)),
     ("a step fails", ()),
     ("zones are not followed", (ZONE,)),
     ("unreadable is empty", (ZONE, TORN)),
-    ("nothing is synced", (ZONE, Incident("power", 10.0, "mapper", 1.0))),
     ("cancelled later", (Incident("cancel", 8.0),)),
 ]
 
