@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.protocol import Image
 from onemap_tools.train import evaluation
 from onemap_tools.train.frames import FrameDataset
-from tests.tools.train.tiny import VOCABULARY, PerfectEncoder
+from tests.tools.train.tiny import VOCABULARY, PerfectEncoder, frames_of
 
 
 def sofa_frames() -> FrameDataset:
@@ -20,7 +19,7 @@ def sofa_frames() -> FrameDataset:
     label = np.zeros((2, 48, 64), np.uint8)
     label[0, 16:32, 16:48] = 1
     rgb = np.repeat(np.where(label == 1, 200, 20).astype(np.uint8)[..., None], 3, axis=-1)
-    return FrameDataset(rgb, label, VOCABULARY.names)
+    return frames_of(rgb, label)
 
 
 def figures(encoder: PerfectEncoder) -> Any:
@@ -31,7 +30,6 @@ def figures(encoder: PerfectEncoder) -> Any:
 def test_a_perfect_encoder_has_perfect_figures() -> None:
     part = figures(PerfectEncoder())
     assert part["names_r_precision"] == part["held_out_aliases_r_precision"] == 1
-    assert (part["detector_precision"], part["detector_recall"]) == (1, 1)
     assert part["pixel_accuracy"] == pytest.approx(1, abs=0.03)  # edges run through patches
     assert part["miou"] > 0.9
     assert part["frames"] == 2
@@ -48,18 +46,3 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     shares /= shares.sum(axis=1, keepdims=True)
     temperature = evaluation.most_likely_temperature(cosines, shares.astype(np.float32))
     assert temperature == pytest.approx(factor, rel=0.06)
-
-
-def test_a_wrong_and_a_missed_detection() -> None:
-    encoder = PerfectEncoder()
-    rgb = np.full((48, 64, 3), 20, np.uint8)
-    rgb[:32, :24] = 200  # looks like a sofa, and is a wall
-    shares = np.tile(np.array([1, 0], np.float32), (48, 1))
-    shares[-8:] = (0, 1)  # the sofa looks like a wall
-    counted = evaluation.DetectorMetrics(VOCABULARY.names)
-    counted.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
-    assert counted.summary() == {
-        "detector_precision": 0.5,
-        "detector_recall": 0.5,
-        "detector_wrong_per_image": 1,
-    }

@@ -14,7 +14,7 @@ from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train.batches import TrainParams
 from onemap_tools.train.frames import NO_CLASS, FrameDataset
-from onemap_tools.train.network import EfficientNetLite0
+from onemap_tools.train.network import Backbone
 
 VOCABULARY = Vocabulary(
     prompt="a {}",
@@ -48,6 +48,12 @@ def embed(texts: Sequence[str]) -> F32:
     return np.stack([row / np.linalg.norm(row) for row in rows]).astype(np.float32)
 
 
+def frames_of(rgb: U8, label: U8) -> FrameDataset:
+    """Frames (N, H, W, 3) of one apartment with their labels (N, H, W)."""
+    images = np.concatenate([rgb, label[..., None]], axis=-1)
+    return FrameDataset((images,), len(images), VOCABULARY.names)
+
+
 def tiny_frames() -> FrameDataset:
     """Six frames of 128 x 96: dark walls with a bright sofa in them."""
     rng = np.random.default_rng(0)
@@ -57,7 +63,7 @@ def tiny_frames() -> FrameDataset:
         image[y : y + 40, x : x + 60] = 1
     label[:, :4] = NO_CLASS
     rgb = np.where(label[..., None] == 1, 200, 60) + rng.integers(0, 20, (*label.shape, 3))
-    return FrameDataset(rgb.astype(np.uint8), label, VOCABULARY.names)
+    return frames_of(rgb.astype(np.uint8), label)
 
 
 class PerfectEncoder:
@@ -86,7 +92,7 @@ class PerfectEncoder:
         )
 
 
-def published(backbone: EfficientNetLite0, path: Path) -> Path:
+def published(backbone: Backbone, path: Path) -> Path:
     """A checkpoint as the weight package has it: other names, same order, and a classifier."""
     tensors = {f"_blocks.{i}": t for i, t in enumerate(backbone.state_dict().values())}
     rest = {"_conv_head.weight": torch.zeros(8), "_bn1.bias": torch.zeros(8)}

@@ -174,7 +174,7 @@ class BatchSource:
         )
 
     def _augmented(self, index: int, step: int, rng: np.random.Generator) -> tuple[U8, U8]:
-        rgb, label = self.frames.rgb[index], self.frames.label[index]
+        rgb, label = self.frames[index]
         if step >= self.params.steps:
             return augment_full_image(rgb, label, rng)
         weak = step >= self.params.weak_from_step and rng.random() < WEAKLY_AUGMENTED
@@ -196,7 +196,7 @@ def class_frequency(frames: FrameDataset, rng: np.random.Generator) -> F32:
     chosen = rng.choice(len(frames), min(FREQUENCY_FRAMES, len(frames)), replace=False)
     counts = np.zeros(NO_CLASS + 1, np.int64)
     for index in chosen:
-        counts += np.bincount(frames.label[index].ravel(), minlength=NO_CLASS + 1)
+        counts += np.bincount(frames[index][1].ravel(), minlength=NO_CLASS + 1)
     known = counts[: len(frames.classes)].astype(np.float32)
     share: F32 = known / np.float32(max(int(known.sum()), 1))
     return share

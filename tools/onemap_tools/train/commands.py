@@ -63,13 +63,8 @@ def mini(
         pipeline.choose_device(device)
         pipeline.render(folders, apartments, PER_APARTMENT, cores)
         pipeline.train(folders, pipeline.TrainParams(steps=steps, seed=seed), device, cores)
-        least_cosine, dropped_floor = pipeline.export(folders)
+        least_cosine = pipeline.export(folders)
     typer.echo(f"exported; least cosine to torch {least_cosine:.6f}")
-    if dropped_floor:
-        typer.echo(
-            f"the floor {dropped_floor:g} was of the weights before and is dropped: "
-            "'onemap models calibrate --config' measures that of these"
-        )
     evaluate(work, output)
 
 

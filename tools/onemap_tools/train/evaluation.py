@@ -1,4 +1,4 @@
-"""Evaluation of the exported encoder: segmentation, retrieval, detection, calibration."""
+"""Evaluation of the exported encoder: segmentation and retrieval; its temperature."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from typing import Any
 import cv2
 import numpy as np
 
-from onemap_perception.detectors.patches import PatchDetector, PatchLimits
-from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text.embeddings import scores
 from onemap_perception.text.vocabulary import Calibration, Vocabulary
@@ -21,7 +19,6 @@ from onemap_tools.train.batches import patch_targets
 from onemap_tools.train.frames import FrameDataset
 
 MIN_PATCHES = 2  # of a thing in an image; smaller ones are below the encoder's resolution
-SAMPLED = 21  # of so many patches one: no divisor of the columns, so that all parts of images occur
 TEMPERATURES = np.geomspace(5, 80, 57)
 # All but the temperature are chosen, not fitted: a word's query is expanded by its nearest classes
 # with as much weight as itself, a soft choice among about three; words as near as 'a sofa' and
@@ -76,20 +73,14 @@ def evaluate(
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
     by_name, by_synonym = _RetrievalMetrics(names), _RetrievalMetrics(held_out)
-    detector = DetectorMetrics(vocabulary.names)
-    stated, observed = list[F32](), list[F32]()
     for number in range(len(frames)):
-        rgb, label = np.asarray(frames.rgb[number]), np.asarray(frames.label[number])
+        rgb, label = frames[number]
         features = encoder.encode(rgb)
         rows, columns, dim = features.shape
         flat = features.reshape(-1, dim).astype(np.float32)
-        shares = patch_targets(_fit_to_patches(label, rows, columns)[None], classes)
-        detector.add(Image(rgb, features), names.queries, shares)
-        name_scores = scores(flat, names.queries)
-        by_name.add(name_scores, shares)
+        shares = patch_targets(label[None], classes)
+        by_name.add(scores(flat, names.queries), shares)
         by_synonym.add(scores(flat, held_out.queries), shares)
-        stated.append(name_scores[::SAMPLED].ravel())
-        observed.append(shares[::SAMPLED].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
@@ -100,8 +91,6 @@ def evaluate(
         "miou": float(np.nanmean(per_class)),
         "names_r_precision": by_name.mean(),
         "held_out_aliases_r_precision": by_synonym.mean(),
-        **detector.summary(),
-        "calibration_error": calibration_error(np.concatenate(stated), np.concatenate(observed)),
         "iou_by_class": {
             vocabulary.names[i]: round(float(per_class[i]), 3)
             for i in np.argsort(per_class)
@@ -110,61 +99,11 @@ def evaluate(
     }
 
 
-def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
-    """The label image at 8 pixels per patch."""
-    size = (columns * 8, rows * 8)
-    if label.shape == (size[1], size[0]):
-        return label
-    return cv2.resize(label, size, interpolation=cv2.INTER_NEAREST).astype(np.uint8)
-
-
 def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
     """The best class (H, W) of every pixel; cosines (h, w, K) are interpolated between patches."""
     large = cv2.resize(cosines, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
     best: I64 = large.argmax(axis=2)
     return best
-
-
-@dataclass(slots=True)
-class DetectorMetrics:
-    """Counts over images, in each of which every name is searched with the default thresholds.
-
-    A detection is correct if its class fills most of its mask. A class is present if it fills as
-    many patches as the detector requires.
-    """
-
-    names: tuple[str, ...]
-    params: PatchLimits = field(default_factory=PatchLimits)
-    correct: int = 0
-    wrong: int = 0
-    instances: int = 0
-    found: int = 0
-    images: int = 0
-
-    def add(self, image: Image, queries: TextEmbeddings, shares: F32) -> None:
-        """Add an image: shares (P, K) of every class in its patches; queries are ``names``."""
-        assert image.features is not None
-        maps = shares.reshape(*image.features.shape[:2], -1)
-        present: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.params.min_patches
-        hit = np.zeros_like(present)
-        for detection in PatchDetector("", self.params).detect(image, queries):
-            index = self.names.index(detection.name)
-            if maps[..., index][detection.mask].mean() > 0.5:
-                self.correct += 1
-                hit[index] = True
-            else:
-                self.wrong += 1
-        self.images += 1
-        self.instances += int(present.sum())
-        self.found += int((present & hit).sum())
-
-    def summary(self) -> dict[str, float]:
-        """Precision, recall and wrong detections per image, over all names."""
-        return {
-            "detector_precision": self.correct / max(self.correct + self.wrong, 1),
-            "detector_recall": self.found / max(self.instances, 1),
-            "detector_wrong_per_image": self.wrong / max(self.images, 1),
-        }
 
 
 def fit_temperature(
@@ -178,9 +117,9 @@ def fit_temperature(
     classes = len(names.texts)
     cosines: list[F32] = []
     shares: list[F32] = []
-    for rgb, label in zip(frames.rgb, frames.label, strict=True):
-        features = encoder.encode(np.asarray(rgb)).astype(np.float32)
-        target = patch_targets(np.asarray(label)[None], classes)
+    for rgb, label in (frames[number] for number in range(len(frames))):
+        features = encoder.encode(rgb).astype(np.float32)
+        target = patch_targets(label[None], classes)
         chosen = rng.choice(len(target), PATCHES_PER_IMAGE, replace=False)
         rows = features.reshape(len(target), -1)[chosen]
         unrelated = names.neutral[classes:]
@@ -226,14 +165,6 @@ def r_precision(scores: F32, relevant: Bool) -> float:
     return float(relevant.ravel()[best].mean())
 
 
-def calibration_error(probability: F32, right: F32, bins: int = 10) -> float:
-    """Expected calibration error: mean of |stated - observed| over bins of stated probability,
-    weighted by count."""
-    place = np.minimum((probability * bins).astype(int), bins - 1)
-    off = np.bincount(place, (probability - right).astype(np.float64), minlength=bins)
-    return float(np.abs(off).sum() / max(len(place), 1))
-
-
 EVALUATION_SETS = {
     "held_out": "apartments never trained on, same style",
     "other_style": "the simulator's held-out style: other textures, proportions, light",
@@ -243,10 +174,6 @@ FIGURE_ROWS = {
     "miou": "mIoU",
     "names_r_precision": "R-precision, class names",
     "held_out_aliases_r_precision": "R-precision, held-out synonyms",
-    "detector_precision": "detector `patches`, precision",
-    "detector_recall": "detector `patches`, recall",
-    "detector_wrong_per_image": "detector `patches`, wrong finds per image, all names",
-    "calibration_error": "calibration error of the score",
     "frames": "images",
 }
 

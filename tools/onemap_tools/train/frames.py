@@ -1,14 +1,14 @@
 """Frames of procedural apartments on disk: rendered once, read through memory maps.
 
-A folder holds ``rgb.npy`` (N, H, W, 3) uint8, ``label.npy`` (N, H, W) uint8 (index of the
-class, 255 = none) and ``frames.json``. Scenes are written one after the other, so that an
-interrupted rendering can be continued.
+A folder holds ``frames.json``, what it is for, and of each apartment a file ``SEED.npy``
+(N, H, W, 4) uint8: colour, and the index of the class (255 = none). A file that is there is
+whole, so that an interrupted rendering can be continued.
 """
+# Touches files: frames.
 
 from __future__ import annotations
 
 import json
-import shutil
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from onemap_shared.atomic_file import replacing
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import U8
 from onemap_simulator.generation.apartment import generate_apartment
@@ -27,7 +28,7 @@ from onemap_simulator.rendering.renderer import Renderer
 from onemap_tools.processes.worker_pool import worker_pool
 
 NO_CLASS = 255
-BYTES_PER_PIXEL = 4  # three of colour, one of the label
+RECORD = "frames.json"
 TRAIN_SEEDS = range(1000, 100_000)
 EVALUATION_SEEDS = range(900, 1000)  # not trained on, like the demo's 1 to 3
 FOV_RAD = (1.05, 1.65)  # 60 to 95 degrees: common depth cameras
@@ -54,22 +55,26 @@ class FrameSetSpec:
 
 @dataclass(frozen=True, slots=True)
 class FrameDataset:
-    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255.
+    """Frames with labels, index into ``classes`` or 255. images: (N, H, W, 4) of each apartment,
+    the same N for all, or the files that hold them."""
 
-    ``scenes`` is the number of apartments they show.
-    """
-
-    rgb: U8
-    label: U8
+    images: tuple[U8 | Path, ...]
+    per_scene: int
     classes: tuple[str, ...]
-    scenes: int = 1
 
     def __len__(self) -> int:
-        return len(self.rgb)
+        return len(self.images) * self.per_scene
+
+    def __getitem__(self, index: int) -> tuple[U8, U8]:
+        """rgb (H, W, 3) and label (H, W) of a frame; IndexError beyond the last."""
+        scene, number = divmod(index, self.per_scene)
+        images = self.images[scene]
+        frame = (np.load(images, mmap_mode="r") if isinstance(images, Path) else images)[number]
+        return np.array(frame[..., :3]), np.array(frame[..., 3])
 
 
-def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple[U8, U8]:
-    """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``spec.per_scene``.
+def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> U8:
+    """Colour and label (N, H, W, 4) of one apartment; N = ``spec.per_scene``.
 
     A function of the seed: the order of rendering and interruptions do not change them.
     """
@@ -82,13 +87,12 @@ def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple
     other = round(spec.per_scene * OTHER_SHARE)
     poses = sample_camera_poses(scene, rng, spec.per_scene - other, ROBOT_VIEWS)
     poses += sample_camera_poses(scene, rng, other, OTHER_VIEWS)
-    rgb = np.empty((len(poses), spec.height, spec.width, 3), np.uint8)
-    label = np.empty(rgb.shape[:3], np.uint8)
+    images = np.empty((len(poses), spec.height, spec.width, 4), np.uint8)
     for index, pose in enumerate(poses):
         camera = Intrinsics.from_fov(spec.width, spec.height, rng.uniform(*FOV_RAD))
         view: RenderedImage = renderer.render(pose, camera, width=spec.width, height=spec.height)
-        rgb[index], label[index] = view.rgb, label_of[view.labels]
-    return rgb, label
+        images[index, ..., :3], images[index, ..., 3] = view.rgb, label_of[view.labels]
+    return images
 
 
 def render_frames(
@@ -96,85 +100,50 @@ def render_frames(
 ) -> Iterator[int]:
     """Render the missing frames; yields the number of frames done after each scene.
 
-    Raises ValueError if the folder holds other frames, or the disk has no room for these.
+    Raises ValueError if the folder holds other frames.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    done = _count_rendered_scenes(folder, classes, spec)
-    _check_disk(folder, spec, len(spec.seeds) - done)
-    mode = "r+" if done else "w+"
-    shape = (spec.count, spec.height, spec.width)
-    rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
-    label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
+    _open_folder(folder, classes, spec)
+    todo = [seed for seed in spec.seeds if not _file(folder, seed).exists()]
     render = partial(render_scene, classes=tuple(classes), spec=spec)
     with worker_pool(processes) as pool:
-        scenes = deque(pool.submit(render, seed) for seed in spec.seeds[done:])
-        for number in range(done, len(spec.seeds)):
-            images, labels = scenes.popleft().result()
-            place = np.s_[number * spec.per_scene : (number + 1) * spec.per_scene]
-            rgb[place], label[place] = images, labels
-            rgb.flush()
-            label.flush()
-            _write_dataset_record(folder, classes, spec, scenes_done=number + 1)
-            yield (number + 1) * spec.per_scene
+        scenes = deque(pool.submit(render, seed) for seed in todo)
+        for done, seed in enumerate(todo, len(spec.seeds) - len(todo) + 1):
+            with replacing(_file(folder, seed)) as file:
+                np.save(file, scenes.popleft().result())
+            yield done * spec.per_scene
 
 
 def open_frames(folder: Path) -> FrameDataset:
-    """The rendered frames of a folder, memory-mapped; FileNotFoundError if there are none."""
+    """The rendered frames of a folder; FileNotFoundError if there are none."""
     try:
-        record = json.loads((folder / "frames.json").read_text(encoding="utf-8"))
+        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise FileNotFoundError(f"no frames in {folder}: render them first") from None
-    count = int(record["scenes_done"]) * int(record["per_scene"])
-    try:
-        rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
-        label = np.load(folder / "label.npy", mmap_mode="r")[:count]
-    except FileNotFoundError as problem:
-        raise FileNotFoundError(
-            f"{problem.filename} is missing: remove {folder} and render its frames again"
-        ) from None
-    return FrameDataset(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
+    files = (_file(folder, seed) for seed in record["seeds"])
+    there = tuple(file for file in files if file.exists())
+    return FrameDataset(there, record["per_scene"], tuple(record["classes"]))
 
 
-def _dataset_record(classes: Sequence[str], spec: FrameSetSpec) -> dict[str, object]:
-    return {
+def _file(folder: Path, seed: int) -> Path:
+    return folder / f"{seed}.npy"
+
+
+def _open_folder(folder: Path, classes: Sequence[str], spec: FrameSetSpec) -> None:
+    """Note in the folder which frames it is for; ValueError if it is for others."""
+    wanted = {
         "classes": list(classes),
         "seeds": list(spec.seeds),
         "per_scene": spec.per_scene,
         "size": [spec.width, spec.height],
         "style": spec.style.name,
     }
-
-
-def _write_dataset_record(
-    folder: Path, classes: Sequence[str], spec: FrameSetSpec, *, scenes_done: int
-) -> None:
-    text = json.dumps({**_dataset_record(classes, spec), "scenes_done": scenes_done})
-    part = folder / "frames.json.part"
-    part.write_text(text, encoding="utf-8")
-    part.replace(folder / "frames.json")
-
-
-def _count_rendered_scenes(folder: Path, classes: Sequence[str], spec: FrameSetSpec) -> int:
-    path = folder / "frames.json"
+    path = folder / RECORD
     if not path.exists():
-        return 0
+        with replacing(path) as file:
+            file.write(json.dumps(wanted).encode())
     record = json.loads(path.read_text(encoding="utf-8"))
-    done = int(record.pop("scenes_done"))
-    wanted = _dataset_record(classes, spec)
-    if other := [key for key in sorted({*record, *wanted}) if record.get(key) != wanted.get(key)]:
+    if other := [key for key in wanted if record.get(key) != wanted[key]]:
         raise ValueError(
             f"{folder} holds other frames than asked for, with other {other[0]}: choose another "
             "folder"
-        )
-    return done
-
-
-def _check_disk(folder: Path, spec: FrameSetSpec, scenes: int) -> None:
-    """Files are made sparse: a disk that fills up later would end the process by a signal."""
-    needed = scenes * spec.per_scene * spec.width * spec.height * BYTES_PER_PIXEL
-    free = shutil.disk_usage(folder).free
-    if needed > free:
-        raise ValueError(
-            f"the frames need {needed / 1e9:.1f} GB of disk and {folder} has {free / 1e9:.1f} GB "
-            "free: make room, or choose another folder"
         )

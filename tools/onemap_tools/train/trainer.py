@@ -15,6 +15,7 @@ from torch import Tensor
 from torch.optim.lr_scheduler import LambdaLR
 from torch.optim.swa_utils import AveragedModel
 
+from onemap_shared.atomic_file import replacing
 from onemap_tools.train.batches import (
     Batch,
     BatchSource,
@@ -28,7 +29,6 @@ from onemap_tools.train.frames import FrameDataset
 from onemap_tools.train.network import MiniNetwork, load_backbone_weights
 
 CHECKPOINT = "checkpoint.pt"
-FORMAT = 8  # of the checkpoint: another one for other weights, or other names of them
 LOSS_WEIGHT = 0.02  # of the newest step in the reported moving average
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
@@ -53,15 +53,6 @@ class TrainingRecord:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class TrainingProgress:
-    """Steps done, steps in all and the moving average of the loss."""
-
-    step: int
-    steps: int
-    loss: float
-
-
 def train_mini(
     frames: FrameDataset,
     texts: TextBank,
@@ -69,15 +60,16 @@ def train_mini(
     *,
     params: TrainParams,
     device: torch.device,
-    report: Callable[[TrainingProgress], None],
+    report: Callable[[int, float], None],
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, in evaluation mode.
 
-    Continues from a checkpoint in ``folder``; calls ``report`` after every step. Raises ValueError
-    if that checkpoint is of a training with other options, or if the training diverges.
+    Continues from a checkpoint in ``folder``; ``report`` is given the steps done and the moving
+    average of the loss, after every step. Raises ValueError if that checkpoint is of a training
+    with other options, or if the training diverges.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    record = TrainingRecord(params.steps, params.seed, len(frames), frames.scenes)
+    record = TrainingRecord(params.steps, params.seed, len(frames), len(frames.images))
     state = TrainState(params, record, device)
     if (folder / CHECKPOINT).exists():
         state.load(folder)
@@ -89,7 +81,7 @@ def train_mini(
         state.optimize(loss)
         new = loss.item()
         average = new if math.isnan(average) else (1 - LOSS_WEIGHT) * average + LOSS_WEIGHT * new
-        report(TrainingProgress(state.step, params.total_steps, average))
+        report(state.step, average)
         if state.step % params.checkpoint_interval == 0 or state.step == params.total_steps:
             state.save(folder)
     return state.averaged_network.eval()
@@ -143,17 +135,15 @@ class TrainState:
 
     def save(self, folder: Path) -> None:
         """Write the checkpoint; an interruption while writing leaves the previous one."""
-        part = folder / f"{CHECKPOINT}.part"
         state = {
-            "format": FORMAT,
             "step": self.step,
             "record": asdict(self._record),
             NETWORK: self.network.state_dict(),
             AVERAGE: self._average.state_dict(),
             OPTIMIZER: self._optimizer.state_dict(),
         }
-        torch.save(state, part)
-        part.replace(folder / CHECKPOINT)
+        with replacing(folder / CHECKPOINT) as file:
+            torch.save(state, file)
 
     def load(self, folder: Path) -> None:
         """Continue from the checkpoint.
@@ -161,7 +151,7 @@ class TrainState:
         Raises ValueError if another release wrote it, or a training with other options: that
         would make a network that no command describes.
         """
-        state = _checkpoint(folder, self._device)
+        state = _checkpoint(folder, self._device, self.network)
         if other := TrainingRecord(**state["record"]).difference(self._record):
             raise ValueError(
                 f"{folder} holds a training with {other}: repeat its options, or choose "
@@ -183,27 +173,27 @@ def load_averaged_network(folder: Path) -> tuple[MiniNetwork, TrainingRecord]:
 
     ValueError without one.
     """
-    network, prefix, state = MiniNetwork(), "module.", _checkpoint(folder, torch.device("cpu"))
+    network, prefix = MiniNetwork(), "module."
+    state = _checkpoint(folder, torch.device("cpu"), network)
     tensors = {n.removeprefix(prefix): t for n, t in state[AVERAGE].items() if n.startswith(prefix)}
     network.load_state_dict(tensors)
     return network.eval(), TrainingRecord(**state["record"])
 
 
-def _checkpoint(folder: Path, device: torch.device) -> dict[str, Any]:
-    """What was saved; ValueError if it is missing, damaged or of another release."""
+def _checkpoint(folder: Path, device: torch.device, network: MiniNetwork) -> dict[str, Any]:
+    """What was saved; ValueError if it is missing, damaged or of another network."""
     path = folder / CHECKPOINT
     if not path.is_file():
         raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train mini'")
     try:
-        state = torch.load(path, map_location=device, weights_only=True)
+        state: dict[str, Any] = torch.load(path, map_location=device, weights_only=True)
     except Exception as problem:  # of torch, pickle and zipfile
         raise ValueError(f"{path} is damaged: {problem}: remove it to train anew") from problem
-    if state.get("format") != FORMAT:
+    if state.get(NETWORK, {}).keys() != network.state_dict().keys():
         raise ValueError(
             f"{path} was written by another release of onemap train: move it away to train anew"
         )
-    checked: dict[str, Any] = state
-    return checked
+    return state
 
 
 def learning_rate_factor(step: int, params: TrainParams) -> float:
