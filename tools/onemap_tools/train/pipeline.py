@@ -157,9 +157,7 @@ def export(folders: TrainingFolders) -> float:
         made = Path(name)
         shutil.copy(SHIPPED / VOCABULARY_FILE, made)
         path = export_network(network, made)
-        cosine = compare_with_torch(
-            network, path, compared
-        )
+        cosine = compare_with_torch(network, path, compared)
         if not cosine >= MIN_COSINE:  # also if it is NaN
             raise ValueError(f"the exported network differs from torch: least cosine {cosine:.5f}")
         write_embedding_table(load_vocabulary(SHIPPED), _open_sentence_encoder(), made)

@@ -51,19 +51,22 @@ def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
     used = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
     q = np.divide(1.0, depth, out=np.zeros(depth.shape), where=used)
     rays = (np.stack(xyz, axis=-1) - cloud.T_map_camera[:3, 3]) * q[..., None]
-    for height_m in np.arange(*HEIGHT_RANGE_M, BAND_M):
-        members = used & (np.abs(xyz[2] - height_m) < BAND_M)
-        n = np.zeros(3)
-        for _ in range(FITS):
-            if members.sum() < MIN_SHARE * used.size:
-                break
-            n = _plane(rays[members], q[members])
-            residuals = np.abs(q - rays @ n)
-            limit = np.clip(OUTLIER * np.median(residuals[members]), *RESIDUALS_PER_M)
-            members = used & (residuals < limit)
-        tilt = float(np.arccos(np.clip(-n[2] / max(np.linalg.norm(n), RIDGE), -1.0, 1.0)))
-        if tilt < MAX_TILT_RAD and _is_surface(members):
-            return LevelSurface(float(xyz[2][members].mean()), tilt)
+    layers = np.arange(*HEIGHT_RANGE_M, BAND_M)
+    enough = np.histogram(xyz[2][used], layers)[0] >= MIN_SHARE * used.size
+    if not enough.any():
+        return None
+    height_m = layers[enough.argmax()] + BAND_M / 2
+    members, n = used & (np.abs(xyz[2] - height_m) < BAND_M), np.zeros(3)
+    for _ in range(FITS):
+        if members.sum() < MIN_SHARE * used.size:
+            return None
+        n = _plane(rays[members], q[members])
+        residuals = np.abs(q - rays @ n)
+        limit = np.clip(OUTLIER * np.median(residuals[members]), *RESIDUALS_PER_M)
+        members = used & (residuals < limit)
+    tilt = float(np.arccos(np.clip(-n[2] / max(np.linalg.norm(n), RIDGE), -1.0, 1.0)))
+    if tilt < MAX_TILT_RAD and _is_surface(members):
+        return LevelSurface(float(xyz[2][members].mean()), tilt)
     return None
 
 
