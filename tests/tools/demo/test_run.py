@@ -260,36 +260,6 @@ def test_a_whole_run_ends_with_its_summary(
     assert (tmp_path / "logs" / "mapper.log").exists()
 
 
-def test_a_run_with_a_recording_searches_nothing(
-    router: Router, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It is played so slowly that the time limit ends it; what was mapped is told all the same."""
-    sleeper = ProcessSpec("mapper", (sys.executable, "-c", "import time; time.sleep(600)"))
-    played = {"frames_recorded": 9, "frames_played": 4, "frames_unreadable": 0, "frames_skipped": 1}
-    replay = {"name": "replay", "condition": "ok", "problem": "", "metrics": played}
-    sizes = dict.fromkeys(("free_m2", "occupied_m2", "observed_m2"), 1.0)
-    map_ = {"revision": 1, "age_s": 0.1, "bounds_m": [0, 0, 1, 1], "frames_fused": 3, **sizes}
-    answer = {"text": "sofa", "verdict": "not_here", "sentence": "It is not here.", "regions": []}
-    routes: Routes = {
-        ("GET", "/readyz"): (200, {"status": "ok"}),
-        ("GET", "/v1/status"): (200, {"services": [replay]}),
-        ("GET", "/v1/map"): (200, map_),
-        ("POST", "/v1/queries"): (200, {"answers": [answer]}),
-    }
-    out, config, robot = console(), tmp_path / "config.yaml", DemoRobot(process="replay")
-    with fake_gateway(routes) as url:
-        setup = DemoSetup(router.endpoint, url, config, (sleeper,), dict(os.environ), (robot,))
-        monkeypatch.setattr(start, "set_up", lambda _: setup)
-        chosen = options(tmp_path, objects=("sofa",), recording=tmp_path, time_limit_s=0.3)
-        document = start.run(chosen, out)
-    assert json.loads((tmp_path / "summary.json").read_text()) == document
-    assert (document["worked"], document["frames_fused"]) == (False, 3)
-    assert document["trouble"] == "Only 0 of 9 frames were played within the time limit."
-    assert document["answers"][0]["verdict"] == "not_here"
-    assert isinstance(out.file, io.StringIO)
-    assert "sofa: It is not here." in out.file.getvalue()
-
-
 def test_what_the_bus_says_of_a_robot_is_kept() -> None:
     fake = FakeRobot()
     search, bus = fake.search(), fake.router.bus()

@@ -19,12 +19,10 @@ from rich.console import Console
 
 from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_shared.camera import Intrinsics
 from onemap_shared.config import PREFIX, read, section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
-from onemap_simulator.replay.recording import RecordedFrame
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.demo.setup import (
@@ -32,7 +30,6 @@ from onemap_tools.demo.setup import (
     MAX_ROBOTS,
     MIN_APART_M,
     PREFERRED_OBJECTS,
-    REPLAY,
     SHARED_RGBD_HZ,
     SIMULATOR,
     DemoOptions,
@@ -48,7 +45,6 @@ from onemap_tools.demo.summary import names_of_classes
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK
 from onemap_tools.processes.services import CORE
-from tests.simulator.recordings import write_recording
 from tests.simulator.test_inspection import room
 from tests.structure import ROOT
 
@@ -130,25 +126,6 @@ def test_one_robot_runs_with_the_defaults_of_the_services(
         "planner": {"state_dir": str(tmp_path / "run/planner")},
     }
     assert setup.pages == "Live page: http://127.0.0.1:8123"
-
-
-def test_a_recording_is_played_in_place_of_the_simulator(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder, frame = tmp_path / "drive", np.zeros((4, 4, 3), np.uint8)
-    recorded = RecordedFrame(frame, frame[..., 0].astype(np.uint16), np.eye(4))
-    with pytest.raises(CliError, match=r"The replay cannot start: cannot read .*frames\.json"):
-        set_up(options(tmp_path / "run", recording=folder))
-    write_recording(folder, [recorded], Intrinsics(4.0, 4.0, 2.0, 2.0))
-    monkeypatch.setenv(f"{PREFIX}REPLAY__RATE_HZ", "8")
-    setup = set_up(options(tmp_path / "run", recording=folder))
-    assert [spec.name for spec in setup.specs] == ["router", REPLAY, *CORE]
-    replay = sections_of(setup.config_file)["replay"]
-    assert replay == {"rate_hz": 8, "directory": str(folder)}
-    for change in ({"ros2": True}, {"robots": 2}, {"scene": folder}):
-        with pytest.raises(CliError, match="--recording does not fit") as error:
-            set_up(options(tmp_path / "other", recording=folder, **change))
-        assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def two(folder: Path, scene: Path) -> tuple[DemoSetup, list[dict[str, Any]]]:

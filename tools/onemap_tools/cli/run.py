@@ -62,16 +62,6 @@ Ros2 = Annotated[
     bool,
     typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
 ]
-RecordedFolder = Annotated[
-    Path | None,
-    typer.Option(
-        "--recording",
-        exists=True,
-        file_okay=False,
-        help="A folder of images and poses in place of a robot (own, TUM RGB-D, ScanNet); "
-        "ONEMAP__REPLAY__RATE_HZ says how fast.",
-    ),
-]
 app = typer.Typer()
 service_app = typer.Typer(no_args_is_help=True, help="One service or the router, in this process.")
 
@@ -88,7 +78,6 @@ def demo(
     time_limit: TimeLimit = 360.0,
     robots: Robots = 1,
     ros2: Ros2 = False,
-    recording: RecordedFolder = None,
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
@@ -99,9 +88,6 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it, also where Ctrl-C ends the
     demo after the search. It cannot confirm objects that a scene file does not name: there the
     robot's claim counts.
-
-    With --recording nothing moves: the frames are mapped, then the map is asked for --objects.
-    Exit code 0 if all frames were played within --time-limit.
     """
     from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
     from onemap_tools.demo.start import run
@@ -118,7 +104,6 @@ def demo(
         time_limit_s=time_limit,
         ros2=ros2,
         robots=robots,
-        recording=recording,
     )
     document = run(options, console)
     if as_json:

@@ -36,7 +36,6 @@ from onemap_shared.sentence import Sentence, parse
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import open_scene
-from onemap_tools.demo import recorded
 from onemap_tools.demo.setup import (
     OBJECTS,
     OBJECTS_EACH,
@@ -366,29 +365,12 @@ class DemoRun:
                 search.begin(rounds.popleft())
         return any(search.active for search in self.searches)
 
-    def play(self) -> dict[str, Any]:
-        """Wait until a recording was played, and ask; the document without files."""
-        (search,) = self.searches
-
-        def pause() -> None:
-            self.pause()
-            search.update(time.monotonic())
-
-        self._limit_from_s = time.monotonic()
-        objects = self.options.objects
-        return recorded.play(search.gateway, objects, pause, lambda: self.overdue)
-
     def run(self, console: Console) -> dict[str, Any]:
         """All of it; returns the document."""
         with ExitStack() as stack:
             self.join(stack)
             lines = ProgressLines(console)
             self.wait_until_ready(lines)
-            if self.options.recording is not None:
-                console.print(f"Mapping {self.options.recording}. {self.setup.pages}")
-                document = self.write_results(self.play())
-                console.print(*recorded.lines(document), sep="\n", soft_wrap=True)
-                return document
             targets = self.choose_targets(console)
             console.print(f"Searching for {', '.join(targets.objects)}. {self.setup.pages}")
             summary = self.search(targets, lines)
@@ -402,12 +384,11 @@ class DemoRun:
         picture = folder / "map.png"
         if drawn is not None:
             picture.write_bytes(drawn)
-        scene, recording = self.options.scene, self.options.recording
+        scene = self.options.scene
         document = {
             **results,
             "seed": self.options.seed,
             "scene": str(scene) if scene else None,
-            "recording": str(recording) if recording else None,
             "picture": None if drawn is None else str(picture),
             "folder": str(folder),
         }
@@ -429,8 +410,6 @@ class DemoRun:
     def stay_up(self, console: Console) -> None:
         """Keep the processes running until Ctrl-C."""
         yours = "The robot is yours" if len(self.setup.robots) == 1 else "The robots are yours"
-        if self.options.recording is not None:
-            yours = "The recording is played again and again"
         console.print(f"{yours}. {self.setup.pages}   (Ctrl-C ends everything)", soft_wrap=True)
         url = self.setup.url_of(self.setup.robots[0])
         console.print(f"Ask from another shell: onemap query sofa --url {url}", soft_wrap=True)

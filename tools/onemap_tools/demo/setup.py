@@ -28,7 +28,7 @@ from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port
 from onemap_tools.processes.services import CORE, check_robot
 
 # The processes in place of the robot.
-SIMULATOR, ROS2_ROBOT, REPLAY = "simulator", "ros2_robot", "replay"
+SIMULATOR, ROS2_ROBOT = "simulator", "ros2_robot"
 SITE = "demo"  # of the robots' namespaces
 MAX_ROBOTS = 4
 OF_EACH_ROBOT = (SIMULATOR, "perception", "planner")  # the other services are shared
@@ -61,8 +61,7 @@ MIN_APART_M = 1.0  # between the middles of two robots
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map. ``recording``: a folder
-    that is played in place of a robot.
+    ``ros2``: the robot speaks ROS 2. ``robots``: how many, with one map.
     """
 
     seed: int
@@ -74,13 +73,10 @@ class DemoOptions:
     time_limit_s: float
     ros2: bool = False
     robots: int = 1
-    recording: Path | None = None
 
     @property
     def process(self) -> str:
         """What runs in place of the robot."""
-        if self.recording is not None:
-            return REPLAY
         return ROS2_ROBOT if self.ros2 else SIMULATOR
 
 
@@ -189,23 +185,17 @@ def check_robots(robots: int, *, objects: Sequence[str], ros2: bool) -> None:
 def set_up(options: DemoOptions) -> DemoSetup:
     """Write the run's configuration and list the processes; CliError if it cannot work."""
     check_robots(options.robots, objects=options.objects, ros2=options.ros2)
-    if options.recording is not None and (options.scene or options.ros2 or options.robots > 1):
-        raise CliError(
-            "--recording does not fit --scene, --ros2 or --robots: it is played in place of a "
-            "simulated robot.",
-            EXIT_USAGE_ERROR,
-        )
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     sections = demo_sections(os.environ, options, endpoint)
     # Overrides are in the file already; applied again they would replace fixed values.
     environment = {k: v for k, v in os.environ.items() if not k.startswith(PREFIX)}
-    check_robot(SIMULATOR if options.recording is None else REPLAY, sections)
+    check_robot(SIMULATOR, sections)
     if options.ros2:
         from onemap_tools.demo.ros2_robot import ROUTER_VARIABLE
 
         check_robot("ros2", sections)
         environment[ROUTER_VARIABLE] = endpoint
-    warnings = scene_warnings_of(sections) if options.recording is None else ()
+    warnings = scene_warnings_of(sections)
     names = [f"r{n}" for n in range(1, options.robots + 1)] if options.robots > 1 else [""]
     robots = tuple(DemoRobot(name, options.process) for name in names)
     parts = sections_of_robots(sections, robots)
@@ -246,8 +236,6 @@ def demo_sections(
     }
     if options.scene is not None:
         fixed["simulator"]["scene"] = str(options.scene.resolve())
-    if options.recording is not None:
-        fixed["replay"] = {"directory": str(options.recording.resolve())}
     if options.ros2:
         with requires_extra("ros2", "A demo with ROS 2"):
             from onemap_tools.demo.ros2_robot import ros2_section
