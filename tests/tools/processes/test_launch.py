@@ -110,16 +110,15 @@ def test_a_crash_is_reported_once_and_leaves_no_child_process(folder: Path) -> N
         assert processes.collect(0.0) == []
 
 
-def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
-    """The pause doubles up to ten seconds."""
+def test_a_crashed_process_is_restarted_after_a_pause(folder: Path) -> None:
     with launch.Processes([python("mapper", "raise SystemExit(4)")], folder) as processes:
         processes.start()
         now_s = time.monotonic()
-        for pause_s in (1, 2, 4, 8, 10):
+        for _ in range(2):
             crash = ended(processes, now_s)
             assert (crash.code, crash.misconfigured) == (4, False)
-            assert processes.restart(now_s + pause_s - 0.1) == []
-            now_s += pause_s + 0.1
+            assert processes.restart(now_s + launch.RESTART_S - 0.1) == []
+            now_s += launch.RESTART_S + 0.1
             assert processes.restart(now_s) == ["mapper"]
 
 

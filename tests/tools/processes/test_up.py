@@ -12,8 +12,6 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from onemap_shared import keys
-from onemap_shared.messages import Heartbeat
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes import up as module
 from onemap_tools.processes.launch import Processes, ProcessSpec
@@ -24,11 +22,9 @@ from onemap_tools.processes.up import (
     choose,
     conflicts,
     page_url,
-    report_mapper,
     supervise,
     up,
 )
-from tests.memory_bus import MemoryRouter
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -64,31 +60,6 @@ def test_two_robots_are_refused() -> None:
             router_here=True,
         )
     assert error.value.exit_code == EXIT_USAGE_ERROR
-
-
-def test_what_the_mapper_says_is_printed_once() -> None:
-    bus_router = MemoryRouter()
-    beats = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
-    mapper = bus_router.bus().publish(keys.heartbeat("mapper"))
-    console, last = Console(file=io.StringIO(), width=200), ""
-    starts_s, what, aside = {"start_s": 1.0}, "compiling the map's kernels, once", "it is set aside"
-    for ready, problem, metrics in (
-        (False, "it is starting, for 1 s so far", starts_s),
-        (False, f"{what}: 0 of 35 s", starts_s),
-        (False, f"{what}: 1 of 35 s", starts_s),
-        (False, "waiting for the first frame", {}),
-        (True, aside, {}),
-        (True, aside, {}),
-        (True, "", {}),
-    ):
-        mapper.put(Heartbeat("mapper", "a", 1, 1, ready, problem, metrics))
-        last = report_mapper(beats, last, console)
-    assert said(console).splitlines() == [
-        f"The mapper is {what}: 0 of 35 s ...",
-        "The mapper has started.",
-        f"The mapper warns: {aside}.",
-    ]
-    assert report_mapper(beats, last, console) == ""  # nothing new
 
 
 def until_reported(processes: Processes) -> str:

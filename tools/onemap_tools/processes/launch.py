@@ -25,8 +25,7 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 # From SIGTERM to SIGKILL. The mapper writes its map, mostly in a second; what has not ended after
 # STOP_LIMIT_S ends by itself and says where.
 GRACE_S = STOP_LIMIT_S + 5.0
-FIRST_BACKOFF_S, LONGEST_BACKOFF_S, DOUBLINGS = 1.0, 10.0, 4
-HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
+RESTART_S = 3.0  # from its end to its next start
 POLL_S = 0.01
 TAIL_LINES = 12
 TAIL_BYTES = 8192
@@ -78,9 +77,7 @@ class _Child:
     spec: ProcessSpec
     log: Path
     process: subprocess.Popen[bytes] | None = None
-    started_s: float = 0.0
     starts: int = 0
-    failures: int = 0
     due_s: float | None = None  # of the next restart
 
 
@@ -151,7 +148,6 @@ class Processes:
     def _start(self, child: _Child) -> None:
         child.due_s = None
         child.starts += 1
-        child.started_s = time.monotonic()
         with child.log.open("ab") as log:
             child.process = subprocess.Popen(
                 child.spec.command,
@@ -163,7 +159,7 @@ class Processes:
             )
 
     def collect(self, now_s: float) -> list[ProcessExit]:
-        """The exits since the last call; each process is scheduled for a restart after its backoff.
+        """The exits since the last call; each process is scheduled for a restart.
 
         The child processes that it left are killed: they may hold its port or its files.
         ``now_s`` is ``time.monotonic()``.
@@ -174,16 +170,13 @@ class Processes:
                 continue
             code = _end_group(child.process)
             child.process = None
-            healthy = now_s - child.started_s >= HEALTHY_S
-            child.failures = 1 if healthy else child.failures + 1
-            backoff_s = FIRST_BACKOFF_S * 2 ** min(child.failures - 1, DOUBLINGS)
-            child.due_s = now_s + min(backoff_s, LONGEST_BACKOFF_S)
+            child.due_s = now_s + RESTART_S
             last_lines, first = tail(child.log), child.starts == 1
             ended.append(ProcessExit(child.spec.name, code, child.log, last_lines, first))
         return ended
 
     def restart(self, now_s: float) -> list[str]:
-        """Start the processes whose backoff is over; returns their names."""
+        """Start the processes that are due; returns their names."""
         due = [c for c in self._children if c.due_s is not None and now_s >= c.due_s]
         for child in due:
             self._start(child)

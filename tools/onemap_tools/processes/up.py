@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 import uuid
@@ -14,11 +13,9 @@ from typing import Any
 from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.keys import heartbeat
-from onemap_shared.messages import Heartbeat
-from onemap_shared.runner import STARTING, StartError
+from onemap_shared.runner import StartError
 from onemap_shared.services import DRIVER, ROBOTS
-from onemap_shared.transport import Bus, Subscription
+from onemap_shared.transport import Bus
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes, ProcessSpec, onemap_command
@@ -34,8 +31,6 @@ TWO_ROBOTS = (
     "Two of simulator, replay and ros2 are configured: both robots, but a map follows one. Keep "
     "one of these sections of the configuration, or choose one with --only."
 )
-HEARTBEATS = 8  # kept between two looks, which are more often than heartbeats
-STARTS = "starts"  # what ``report_mapper`` said last: that a start takes long
 CONNECT_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
 
@@ -96,17 +91,14 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
             if bus is None:
                 return
             check_port(names, sections)
-            beats = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
             processes.start()
             url = page_url(names, sections)
             page = f"Live page: {url}. " if url else ""
             console.print(
                 f"Started {', '.join(names)}; logs in {processes.folder}. {page}Ctrl-C ends them."
             )
-            said = ""
             while not stop.wait(WATCH_S):
                 supervise(processes, time.monotonic(), console)
-                said = report_mapper(beats, said, console)
             console.print("Stopping ...")
 
 
@@ -178,28 +170,6 @@ def page_url(names: Collection[str], sections: Mapping[str, Any]) -> str:
     gateway = section(sections, "gateway", GatewayConfig)
     host = "127.0.0.1" if gateway.host in ("0.0.0.0", "::") else gateway.host
     return f"http://{host}:{gateway.port}" if gateway.port else ""
-
-
-def report_mapper(beats: Subscription[Heartbeat], said: str, console: Console) -> str:
-    """Print what a long start of the mapper does, when it is over, and each of its warnings once.
-
-    A warning tells, for example, that the map was set aside because the world is another one.
-    said: what the last call returned, empty at first.
-    """
-    beat = beats.take(0.0)
-    if beat is None:
-        return said
-    if beat.starting and not beat.problem.startswith(STARTING):
-        now, line = STARTS, f"The mapper is {beat.problem} ..."
-    elif beat.ready and beat.problem:
-        now, line = re.split(r"\d", beat.problem)[0], f"The mapper warns: {beat.problem}."
-    else:
-        now, line = "", ""
-    if said == STARTS and now != STARTS:
-        console.print("The mapper has started.")
-    if now and now != said:
-        console.print(line, soft_wrap=True)
-    return now
 
 
 def supervise(processes: Processes, now_s: float, console: Console) -> None:
