@@ -38,6 +38,7 @@ UNLIKE = 0.1  # likeness of its cells' colours below which a thing has another o
 MAYBE = 0.3  # of a probability: a cell of it may show the thing
 SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
 NOT_SHOWN = "the map does not show where that is"
+NOT_SETTLED = "its walls are not all seen yet"
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
 
@@ -84,7 +85,8 @@ class Surroundings:
 
     similarity: probability of the object's name, with which the excluded ones compete, NaN where
     nothing was observed; anchors: the same of each anchor; things: anchors that were detected or
-    found, by name. places: of the map; shown: the cells of each place that is named and shown.
+    found, by name. places: of the map; shown: the cells of each place that is named and shown;
+    settled: of these, those that stay in it whatever is seen later, where there are some.
     likeness: of the colour that is asked for to that of each cell, NaN: not known; None: none is.
     """
 
@@ -95,6 +97,7 @@ class Surroundings:
     anchors: Mapping[str, F32]
     places: MapPlaces
     shown: Mapping[str, Bool]
+    settled: Mapping[str, Bool]
     things: Mapping[str, Sequence[Thing]] = field(default_factory=lambda: MappingProxyType({}))
     likeness: F32 | None = None
 
@@ -223,19 +226,25 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Checke
     if detail.inside:
         what = f"in {' or '.join(map(the, detail.inside))}"
         shown = [around.shown[name] for name in detail.inside if name in around.shown]
+        settled = [around.settled[name] for name in detail.inside if name in around.settled]
         place = f": it is in {the(here)}" if here else ""
-        if any(_is_in(cells, mask, around) for mask in shown):
+        if any(_is_in(cells, mask, around) for mask in settled):
             yield CheckedCondition(what, Holds.YES, what)
+        elif any(_is_in(cells, mask, around) for mask in shown):
+            yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SETTLED}")
         elif elsewhere or len(shown) == len(detail.inside):
             yield CheckedCondition(what, Holds.NO, f"not {what}{place}")
         else:
             yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SHOWN}")
     for name in detail.outside:
         what = f"not in {the(name)}"
-        if name in around.shown:
-            inside = _is_in(cells, around.shown[name], around)
-            found = Holds.NO if inside else Holds.YES
-            yield CheckedCondition(what, found, f"in {the(name)}" if inside else what)
+        if name in around.settled and _is_in(cells, around.settled[name], around):
+            yield CheckedCondition(what, Holds.NO, f"in {the(name)}")
+        elif name in around.shown and _is_in(cells, around.shown[name], around):
+            perhaps = f"perhaps in {the(name)}: {NOT_SETTLED}"
+            yield CheckedCondition(what, Holds.NOT_CHECKED, perhaps)
+        elif name in around.shown:
+            yield CheckedCondition(what, Holds.YES, what)
         elif elsewhere and not same_name(here, name):
             yield CheckedCondition(what, Holds.YES, f"in {the(here)}, {what}")
         else:

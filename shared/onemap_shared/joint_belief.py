@@ -132,19 +132,24 @@ def joint_belief(
     return JointBelief(fits, known, detail.located)
 
 
-def place_masks(detail: Detail, places: MapPlaces, grid: GridSpec) -> dict[str, Bool]:
+def place_masks(
+    detail: Detail, places: MapPlaces, grid: GridSpec, *, settled: bool = False
+) -> dict[str, Bool]:
     """Cells (nx, ny) of each place that a detail names and the map shows.
 
     Those of a room are also of what stands in it and of its walls: of the nearest room within
-    ``ROOM_GROWTH_M``.
+    ``ROOM_GROWTH_M``. settled: as of ``place_mask``.
     """
     names, none = (*detail.inside, *detail.outside), places.ids == NO_ROOM
     if names and not none.all():
         away, (x, y) = ndimage.distance_transform_edt(none, return_indices=True)
         near = away * places.grid.cell_size_m <= ROOM_GROWTH_M
-        ids = np.where(near, places.ids[x, y], NO_ROOM).astype(np.int32)
-        places = replace(places, ids=ids)
-    masks = {name: place_mask(places, name, grid) for name in names}
+        ids, parts = (
+            np.where(near, each[x, y], np.int32(NO_ROOM)) if each.size else each
+            for each in (places.ids, places.parts)
+        )
+        places = replace(places, ids=ids, parts=parts)
+    masks = {name: place_mask(places, name, grid, settled=settled) for name in names}
     return {name: mask for name, mask in masks.items() if mask.any()}
 
 

@@ -12,15 +12,16 @@ from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind
 
 NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
+NAMED_M = 0.3  # from the point that names a room to the part of it that it names
 NOWHERE = MapPlaces(0, -1, (), (), GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
 
 
-def room_at(ids: I32, grid: GridSpec, point_m: Sequence[float]) -> int:
-    """The room of the free cell nearest to x, y within ``NEAR_M``; NO_ROOM if there is none.
+def room_at(ids: I32, grid: GridSpec, point_m: Sequence[float], within_m: float = NEAR_M) -> int:
+    """The room of the free cell nearest to x, y within metres; NO_ROOM if there is none.
 
     ids: (nx, ny) of the room of every free cell of ``grid``, NO_ROOM elsewhere.
     """
-    reach = round(NEAR_M / grid.cell_size_m)
+    reach = round(within_m / grid.cell_size_m)
     cell = grid.cells(np.array(point_m, np.float64))
     (left, bottom), (right, top) = np.clip([cell - reach, cell + reach + 1], 0, grid.shape)
     near = ids[left:right, bottom:top]
@@ -50,16 +51,25 @@ def place_at(places: MapPlaces, point_m: Sequence[float]) -> Place | None:
     return found
 
 
-def place_mask(places: MapPlaces, name: str, grid: GridSpec, *, in_part: bool = False) -> Bool:
+def place_mask(
+    places: MapPlaces, name: str, grid: GridSpec, *, in_part: bool = False, settled: bool = False
+) -> Bool:
     """Cells (nx, ny) of ``grid`` that a place covers, a polygon's also where nothing is known.
 
     None if the map has no place of this name, or does not show its room. in_part: as of
-    ``polygon_mask``.
+    ``polygon_mask``; settled: of a room only the part that holds the point by which it is named,
+    which belongs to it whatever is seen later.
     """
     place, room = places.get(name) or (None, NO_ROOM)
     if place is not None and place.corners_m:
         return polygon_mask(np.array(place.corners_m, np.float64), grid, in_part=in_part)
-    return onto(grid, places.grid, (places.ids == room) & (room != NO_ROOM))
+    cells = (places.ids == room) & (room != NO_ROOM)
+    if settled and place is not None:
+        parts = places.parts if places.parts.size else np.full_like(places.ids, NO_ROOM)
+        parts = np.where(cells, parts, np.int32(NO_ROOM))
+        part = room_at(parts, places.grid, place.inside_m, NAMED_M)
+        cells = (parts == part) & (part != NO_ROOM)
+    return onto(grid, places.grid, cells)
 
 
 def polygon_mask(corners_m: F64, grid: GridSpec, *, in_part: bool = False) -> Bool:

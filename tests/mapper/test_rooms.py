@@ -5,10 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.places.rooms import Rooms, identified, labelled
+from onemap_mapper.places.keeper import map_places
+from onemap_mapper.places.memory import PlaceMemory
+from onemap_mapper.places.rooms import Rooms, identified, labelled, parts_of, rooms_of
+from onemap_shared.conditions import Candidate, Surroundings, Thing, check
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import NO_ROOM, RoomChange
+from onemap_shared.joint_belief import place_masks
+from onemap_shared.messages import (
+    NO_ROOM,
+    Detail,
+    Holds,
+    Occupancy,
+    Place,
+    RoomChange,
+    SearchView,
+)
 
 SHAPE = (80, 60)  # two rooms, 4 m by 6 m, and the wall between them in row 40
 
@@ -97,3 +109,63 @@ def test_what_splits_or_joins_is_told() -> None:
     joined = cut(*wide, two)
     join = RoomChange(3, tuple(sorted(split.after)), (*joined.present,))
     assert joined.changes == (split, join)
+
+
+def holds_of_chair_in_the_first_room(free: Bool, walls: Bool, detail: Detail) -> tuple[Holds, str]:
+    """The verdict on a chair at (1.7, 1.8) m where the other room is named "study"."""
+    occupancy = np.full(SHAPE, Occupancy.UNKNOWN, np.uint8)
+    occupancy[free], occupancy[walls] = Occupancy.FREE, Occupancy.OCCUPIED
+    grid, none = grid_of(free), np.zeros(SHAPE, np.uint8)
+    likely = np.ones(SHAPE, np.float32)
+    view = SearchView("chair", 1, 1, 0, grid, occupancy, none, likely, tops_dm=none)
+    study = Place("study", inside_m=(5.5, 1.8))
+    places = map_places(PlaceMemory((study,)), rooms_of(view))
+    around = Surroundings(
+        grid,
+        occupancy,
+        free,
+        likely,
+        {},
+        places,
+        place_masks(detail, places, grid),
+        place_masks(detail, places, grid, settled=True),
+    )
+    (found,) = check(Candidate(Thing(np.array([[25, 15]]))), detail, around)
+    return found.holds, found.evidence
+
+
+def test_whether_it_is_beyond_a_door_is_told_once_the_walls_are_seen() -> None:
+    free, walls = plan()
+    inside, outside = Detail(inside=("study",)), Detail(outside=("study",))
+    strip = np.zeros(SHAPE, bool)
+    strip[:, 10:20] = True  # from one room through the door into the other, of neither the walls
+    young = free & strip, walls & strip
+    why = "its walls are not all seen yet"
+    assert holds_of_chair_in_the_first_room(*young, inside) == (
+        Holds.NOT_CHECKED,
+        f"perhaps not in the study: {why}",
+    )
+    assert holds_of_chair_in_the_first_room(*young, outside) == (
+        Holds.NOT_CHECKED,
+        f"perhaps in the study: {why}",
+    )
+    assert holds_of_chair_in_the_first_room(free, walls, inside)[0] is Holds.NO
+    assert holds_of_chair_in_the_first_room(free, walls, outside)[0] is Holds.YES
+
+
+def test_what_is_in_one_part_of_a_room_is_in_it() -> None:
+    wide = plan(slice(10, 30))
+    inside, outside = Detail(inside=("study",)), Detail(outside=("study",))
+    assert holds_of_chair_in_the_first_room(*wide, inside) == (Holds.YES, "in the study")
+    assert holds_of_chair_in_the_first_room(*wide, outside) == (Holds.NO, "in the study")
+
+
+def test_what_stands_before_a_wall_hides_no_door() -> None:
+    free, walls = plan()
+    free[70:79, 40:50] = False  # behind a sofa
+    low = np.zeros(SHAPE, bool)
+    low[70, 40:50] = True
+    found = rooms(free, low, walls, grid_of(free))
+    parts = parts_of(free, low, walls, 0.1)
+    beside = parts[free & (found.ids == found.ids[60, 5])]
+    assert np.mean(beside == parts[60, 5]) > 0.8

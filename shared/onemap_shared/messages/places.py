@@ -9,7 +9,7 @@ import numpy as np
 
 from onemap_shared.geometry import I32, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import Message, Shape, Word, cleaned, expect, items
+from onemap_shared.messages.checks import Message, Shape, Word, cleaned, expect, items, without
 from onemap_shared.names import normalised, same_name
 
 MAX_PLACES = 100  # of one map: a building's rooms, and its zones
@@ -148,6 +148,9 @@ class MapPlaces(Message):
         rooms: id of the room of each place; NO_ROOM for a polygon and where none is known yet.
         ids: (nx, ny) of the room of every free cell, NO_ROOM elsewhere.
         changes: the latest splits and joins of rooms, the newest last.
+        parts: (nx, ny) of the part of its room that each free cell is in, NO_ROOM elsewhere and
+            where it is not seen yet whether a doorway is there: cells of one part are in one room
+            whatever is seen later. (0, 0): not known.
     """
 
     version: int
@@ -157,9 +160,12 @@ class MapPlaces(Message):
     grid: GridSpec
     ids: Annotated[I32, Shape(None, None)]
     changes: Annotated[tuple[RoomChange, ...], items(MAX_ROOM_CHANGES)] = ()
+    parts: Annotated[I32, Shape(None, None)] = without(np.int32, 0, 0)
 
     def _check(self) -> None:
         expect(self.ids, "ids", np.int32, self.grid.shape)
+        if self.parts.size:
+            expect(self.parts, "parts", np.int32, self.grid.shape)
         if len(self.rooms) != len(self.places):
             raise ValueError(f"{len(self.rooms)} rooms for {len(self.places)} places")
         different_names(self.places)

@@ -91,7 +91,7 @@ def test_what_the_map_does_not_support_and_is_another_one_waits_until_nothing_el
     state, here = doubtful(rank=0.95, hits=8)
     nowhere = np.zeros_like(here.map_view.similarity)
     detail = Detail(relations=(Relation(RelationKind.NEXT_TO, ("bed",)),))
-    here = replace(here, description=Description(detail, {"bed": nowhere}, None, NOWHERE, {}))
+    here = replace(here, description=Description(detail, {"bed": nowhere}, None, NOWHERE, {}, {}))
     state = replace(state, search=replace(SEARCH, details=(detail,) * len(SEARCH.objects)))
     state, motion, *_ = explored(state, here)
     assert state.active_goal is None
@@ -120,7 +120,7 @@ def test_what_is_in_a_place_is_looked_for_there(
     (x0, y0), (x1, y1) = low_m, high_m
     corners_m = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     shown = {"den": polygon_mask(corners_m, HALF_KNOWN.map_view.grid)}
-    description = Description(Detail(inside=("den",)), {}, None, NOWHERE, shown)
+    description = Description(Detail(inside=("den",)), {}, None, NOWHERE, shown, shown)
     state, _, event, _ = explored(planner_state(), replace(HALF_KNOWN, description=description))
     assert event is None
     if looks is None:

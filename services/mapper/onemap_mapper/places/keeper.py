@@ -127,6 +127,7 @@ def map_places(memory: PlaceMemory, rooms: Rooms, finds: Iterable[KeptObject] = 
         rooms.grid,
         rooms.ids,
         rooms.changes,
+        rooms.parts,
     )
 
 

@@ -3,13 +3,17 @@
 A wall is a straight run of tall occupied cells along x or y. Where one ends and, in its line, the
 next tall cell is as near as the other side of a door, the gap is a doorway; what remains connected
 is a room. Furniture that one can look over belongs to the room in which it stands.
+
+While the map is young, the other side of a door is seen before its walls are, and counts to the
+room on this side. So a room has parts: cut wherever what was not seen may be a wall with a door in
+it. Two cells of one part are in one room, whatever is seen later.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -23,9 +27,11 @@ from onemap_shared.messages import (
     RoomChange,
     SearchView,
 )
+from onemap_shared.messages.checks import without
 
 WALL_M = 0.8  # a shorter straight run is the side of a cupboard
 CROSSING_M = 0.5  # a run that meets this much of a wall across it ends there, not at a door
+SPECK_M = 0.3  # what was not seen and is narrower hides no wall
 DOOR_M = (0.5, 1.7)  # a gap in a wall: narrower ones were not seen, wider ones are rooms
 MIN_ROOM_M2 = 2.0  # less is a niche beside a cupboard and belongs to its neighbour
 EXACT_DEG = 1.0  # a wall of 6 m then leaves its row of cells by one
@@ -38,7 +44,7 @@ WALL_TOP_DM = 12  # seen up to there, a thing parts rooms; from 2 m a camera see
 class Rooms:
     """``ids`` over ``grid``: of the room of every free cell, or NO_ROOM; ``next_id`` is free.
 
-    revision: of the map; changes: the latest, the newest last.
+    revision: of the map; changes: the latest, the newest last; parts: as of ``parts_of``.
     """
 
     revision: int
@@ -46,6 +52,7 @@ class Rooms:
     ids: I32
     next_id: int = 0
     changes: tuple[RoomChange, ...] = ()
+    parts: I32 = without(np.int32, 0, 0)
 
     @property
     def present(self) -> frozenset[int]:
@@ -75,8 +82,10 @@ def rooms_of(view: SearchView, previous: Rooms | None = None) -> Rooms:
     """The rooms of a map, whose walls are told from furniture by their height."""
     occupied = view.occupancy == Occupancy.OCCUPIED
     low = occupied & (view.tops_dm > 0) & (view.tops_dm < WALL_TOP_DM)
-    labels = labelled(view.occupancy == Occupancy.FREE, low, occupied & ~low, view.grid.cell_size_m)
-    return identified(labels, view.grid, previous, view.revision)
+    free, walls, size_m = view.occupancy == Occupancy.FREE, occupied & ~low, view.grid.cell_size_m
+    labels = labelled(free, low, walls, size_m)
+    found = identified(labels, view.grid, previous, view.revision)
+    return replace(found, parts=parts_of(free, low, walls, size_m))
 
 
 def labelled(free: Bool, low: Bool, walls: Bool, cell_size_m: float) -> I32:
@@ -100,13 +109,34 @@ def labelled(free: Bool, low: Bool, walls: Bool, cell_size_m: float) -> I32:
     return labels
 
 
-def doorways(walls: Bool, cell_size_m: float) -> Bool:
-    """Mask (nx, ny) of the gaps in walls that are doors or passages."""
+def parts_of(free: Bool, low: Bool, walls: Bool, cell_size_m: float) -> I32:
+    """Number (nx, ny) of the part of a room that each free cell is in; NO_ROOM elsewhere, and where
+    a doorway may be.
+
+    Masks as of ``labelled``; what is none of them, and what lies beyond, was not seen.
+    """
+    beyond = round(WALL_M / cell_size_m)
+    free, low, walls = (np.pad(mask, beyond) for mask in (free, low, walls))
+    speck = round(SPECK_M / cell_size_m)
+    unseen = ndimage.binary_opening(~(free | low | walls), np.ones((speck, speck)))
+    doors = doorways(walls, cell_size_m, unseen)
+    numbers, _ = ndimage.label((free | low) & ~walls & ~doors)
+    parts = np.where(free & (numbers > 0), numbers, NO_ROOM).astype(np.int32)
+    return parts[beyond:-beyond, beyond:-beyond]
+
+
+def doorways(walls: Bool, cell_size_m: float, unseen: Bool | None = None) -> Bool:
+    """Mask (nx, ny) of the gaps in walls that are doors or passages.
+
+    unseen: where walls may be; with it, gaps that may be doors, of which only a part may be seen.
+    """
     angle_deg = _angle_deg(walls)
-    turned = _turned(walls, angle_deg)
-    limits = round(DOOR_M[0] / cell_size_m), round(DOOR_M[1] / cell_size_m)
-    gaps = _gaps(turned, _ends(turned, cell_size_m), limits)
-    gaps |= _gaps(turned.T, _ends(turned.T, cell_size_m), limits).T
+    known = _turned(walls, angle_deg)
+    turned = known if unseen is None else known | _turned(unseen, angle_deg)
+    least, most = (round(length / cell_size_m) for length in DOOR_M)
+    limits = least if unseen is None else 1, most
+    gaps = _gaps(turned, _ends(turned, known, cell_size_m), limits)
+    gaps |= _gaps(turned.T, _ends(turned.T, known.T, cell_size_m), limits).T
     back = _turned(gaps, -angle_deg)
     (x, y), (nx, ny) = np.subtract(back.shape, walls.shape) // 2, walls.shape
     return back[x : x + nx, y : y + ny]
@@ -130,12 +160,12 @@ def _turned(mask: Bool, angle_deg: float) -> Bool:
     return np.asarray(turned > THIN)
 
 
-def _ends(walls: Bool, cell_size_m: float) -> Bool:
-    """Cells of straight runs along the rows, without those that another run crosses."""
+def _ends(walls: Bool, known: Bool, cell_size_m: float) -> Bool:
+    """Cells of straight runs along the rows, without those that a run of known walls crosses."""
     along, across = (round(length / cell_size_m) for length in (WALL_M, CROSSING_M))
     return np.asarray(
         ndimage.binary_opening(walls, np.ones((1, along)))
-        & ~ndimage.binary_opening(walls, np.ones((across, 1)))
+        & ~ndimage.binary_opening(known, np.ones((across, 1)))
     )
 
 

@@ -183,6 +183,7 @@ def _surroundings(
         {name: _similarity(version, scores) for name, scores in anchors},
         known.places,
         place_masks(detail, known.places, version.grid),
+        place_masks(detail, known.places, version.grid, settled=True),
         things_of(known.finds, detail.anchors, version.grid),
         version.likeness(detail.colour),
     )

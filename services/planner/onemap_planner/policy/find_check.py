@@ -73,6 +73,7 @@ def _surroundings(
         dict(description.anchors),
         description.places,
         description.shown,
+        description.settled,
         {name: [each for each in known if len(each.cells)] for name, known in things.items()},
         map_view.likeness,
     )

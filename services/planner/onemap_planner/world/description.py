@@ -27,7 +27,8 @@ class Description:
 
     anchors: similarity (nx, ny) to each other object that is named, NaN where not observed; joint:
     None if nothing that the map shows is said of the object; places: of the map; shown: the cells
-    (nx, ny) of those that are named and that the map shows; found: anchors among the finds that the
+    (nx, ny) of those that are named and that the map shows; settled: those of them that stay in
+    it whatever is seen later; found: anchors among the finds that the
     map keeps, by name.
     """
 
@@ -36,6 +37,7 @@ class Description:
     joint: JointBelief | None
     places: MapPlaces
     shown: Mapping[str, Bool]
+    settled: Mapping[str, Bool]
     found: Mapping[str, Sequence[Thing]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -87,4 +89,5 @@ def described(
             cell_size_m=grid.cell_size_m,
             likeness=map_view.likeness,
         )
-    return Description(detail, anchors, joint, places, shown)
+    settled = place_masks(detail, places, grid, settled=True)
+    return Description(detail, anchors, joint, places, shown, settled)
