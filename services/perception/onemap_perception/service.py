@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from onemap_perception.config import PerceptionConfig
@@ -144,13 +145,15 @@ class DetectorRunner:
 
     A detector that reads the encoder's features runs after it, in the caller's thread. Any
     other runs in a thread of its own, at the same time as the encoder; frames that arrive while
-    it is busy are skipped and counted, so that a slow detector does not delay the map.
+    it is busy are skipped and counted, so that a slow detector does not delay the map. done: called
+    when that thread has finished a frame.
     """
 
-    def __init__(self, detector: Detector, clock: Clock) -> None:
+    def __init__(
+        self, detector: Detector, clock: Clock, done: Callable[[], object] = lambda: None
+    ) -> None:
         self.skipped = 0
-        self._detector = detector
-        self._clock = clock
+        self._detector, self._clock, self._done = detector, clock, done
         self._executor = None if detector.reads_features else clock.pool(1, "detector")
         self._pending: Future[DetectionResult] | None = None
 
@@ -162,6 +165,7 @@ class DetectorRunner:
             self.skipped += 1
             return
         self._pending = self._executor.submit(self._detect, target, frame)
+        self._pending.add_done_callback(lambda _: self._done())
 
     def after_encoding(
         self, frame: RgbdFrame, features: F16, target: Target
@@ -211,11 +215,12 @@ class Perception:
         self._components, self._clock = components, bus.clock
         self._embedding = bus.clock.lock()  # encoders of text are used by one thread at a time
         self._telemetry = PerceptionTelemetry(started_s=self._clock.monotonic_s())
-        self._detector_runner = DetectorRunner(components.detector, bus.clock)
+        self._woken = bus.clock.event()  # by a frame, or by the detector
+        self._detector_runner = DetectorRunner(components.detector, bus.clock, self._woken.set)
         self._target: Target | None = None
         self._followed: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
-        self._frames = bus.subscribe(keys.ROBOT_RGBD)
+        self._frames = bus.subscribe(keys.ROBOT_RGBD, arrived=self._woken)
         self._receipts = bus.publish(keys.RGBD_RECEIPTS)
         self._searches = bus.subscribe(keys.SEARCH_STATE)
         self._fields = bus.publish(keys.FIELD)
@@ -226,9 +231,12 @@ class Perception:
     def step(self, timeout_s: float) -> None:
         """Encode the newest frame, if one arrives in time; detect the target of the search.
 
-        Raises ``WorkerFailed`` after many failures in a row.
+        Returns earlier when the detector has finished. Raises ``WorkerFailed`` after many failures
+        in a row.
         """
-        frame = self._frames.take(timeout_s)
+        self._woken.wait(timeout_s)
+        self._woken.clear()  # before it is looked at what came
+        frame = self._frames.take(0.0)
         if frame is not None:
             self._receipts.put(FrameReceipt(frame.sequence, frame.stamp_ns))
         self._update_target()
