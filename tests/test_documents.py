@@ -102,7 +102,7 @@ def test_commands_exist(document: Path, tmp_path: Path, monkeypatch: pytest.Monk
     for line in commands(document.read_text(encoding="utf-8")):
         _, *words = shlex.split(line)
         for word in words:
-            if re.fullmatch(r"[\w-]+\.(yaml|mcap|glb)", word):
+            if re.fullmatch(r"[\w-]+\.(yaml|json|mcap|glb)", word):
                 Path(word).touch()
         parse(typer.main.get_command(app), words)
 

@@ -74,10 +74,18 @@ TORCH_THREADS = 1
 
 
 class Mapper:
-    """The worker: one map of one robot or of several, each on its bus, its caches and its files."""
+    """The worker: one map of one robot or of several, each on its bus, its caches and its files.
 
-    def __init__(self, buses: Sequence[Bus], config: MapperConfig) -> None:
-        self._config, self._clock = config, buses[0].clock
+    compute: makes the update of a frame.
+    """
+
+    def __init__(
+        self,
+        buses: Sequence[Bus],
+        config: MapperConfig,
+        compute: Callable[..., FrameUpdate] = compute_update,
+    ) -> None:
+        self._config, self._clock, self._compute = config, buses[0].clock, compute
         self._lock = self._clock.lock()
         # One query at a time competes with fusing, in order of arrival; torch starts threads of
         # its own for every thread that calls it.
@@ -307,7 +315,7 @@ class Mapper:
                 raise FieldRejected(problem)
             belief.check_pose(field.T_map_camera)
             diagnose = diagnosis_due(field.stamp_ns, robot.telemetry.diagnosed_ns)
-            update = compute_update(field, belief.params, diagnose=diagnose)
+            update = self._compute(field, belief.params, diagnose=diagnose)
             self._fuse_update(robot, update, belief, started_s)
         except (FieldRejected, GridTooLarge) as problem:
             robot.telemetry.record_rejected(str(problem))

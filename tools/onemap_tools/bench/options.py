@@ -179,6 +179,20 @@ class NavigationBench(Options):
         int, Option(min=1, max=10, help="Objects, one after the other, of --goals names.")
     ] = 3
     limit: Limit = 300.0
+    latency: Annotated[
+        Path | None,
+        Option(
+            exists=True,
+            dir_okay=False,
+            help="How long encoding, detecting, fusing and planning take: a result of "
+            "'onemap bench system --json'. Without it: no time.",
+        ),
+    ] = None
+    link: Annotated[
+        float, Option(min=0, help="Mbit/s each way between perception and router; 0: no limit.")
+    ] = 0.0
+    delay: Annotated[float, Option(min=0, help="Of the link, milliseconds each way.")] = 0.0
+    jitter: Annotated[float, Option(min=0, help="Milliseconds that come to it, at most.")] = 0.0
     workers: Annotated[int, Option(min=1, help="Episodes at once, a core each.")] = 1
     out: Annotated[
         Path | None, Option(help="Folder of the results; a killed run goes on there.")

@@ -69,6 +69,7 @@ WARM_UP_S = 2.0
 TARGET = "bathtub"  # the apartment has none, so that the search goes on
 COMPUTING = {"perception": ("encode_ms", "detect_ms"), "mapper": ("update_ms",)}
 COMPUTING |= {"planner": ("plan_ms",)}
+QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
@@ -263,6 +264,7 @@ def measure(
         "slowest_robot_hz": round(min(fused) / seconds, 2),
         "capture_to_map_ms": ages_ms(robots, MAP, window),
         "capture_to_command_ms": ages_ms(robots, COMMAND, window),
+        "latency": latencies(robots, window),
         "load_average": round(os.getloadavg()[0], 2),
         "results": rows,
     }
@@ -295,6 +297,22 @@ def stage_row(
         "taken_ms": ages_ms(robots, name, window),
         "stage_ms": ages_ms(robots, following, window, since=name),
         "computing_ms": round(float(np.mean(said)), 1) if said else None,
+    }
+
+
+def latencies(
+    robots: Sequence[RecordedRobot], window: tuple[float, float]
+) -> dict[str, list[float]]:
+    """What each stage computed for a frame, milliseconds: ``QUANTILES`` of what heartbeats told."""
+    told: dict[str, list[float]] = {}
+    for robot in robots:
+        for at, beat in robot.beats:
+            for name in COMPUTING.get(beat.service, ()):
+                if window[0] <= at < window[1] and beat.metrics.get(name):
+                    told.setdefault(name, []).append(beat.metrics[name])
+    return {
+        name: [round(float(q), 1) for q in np.quantile(values, QUANTILES)]
+        for name, values in told.items()
     }
 
 

@@ -16,6 +16,8 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from onemap_shared.clock import Event
+from onemap_shared.config import LinkParams
+from onemap_shared.frame_sender import FrameSender
 from onemap_shared.keys import Delivery, Procedure, Topic
 from onemap_shared.services import role_of
 from onemap_shared.transport import (
@@ -41,6 +43,7 @@ R = TypeVar("R")
 
 LEASE_S = 2.0  # after which router and session notice that the link between them is dead
 RETRY_S = (0.2, 2.0)  # between attempts to reach the router, as Zenoh's are set
+NO_PACE = LinkParams()
 SMALL = 64  # bytes of what carries no message
 
 
@@ -167,9 +170,9 @@ class VirtualRouter:
             observe(key, packet)
         nbytes = len(packet.header) + len(packet.body)
         for session in list(self.sessions):
-            for pattern, inbox in session.inboxes:
+            for pattern, take in session.followed:
                 if pattern == key or ("*" in pattern and fnmatchcase(key, pattern)):
-                    session.receive(nbytes, partial(inbox.put, packet), delivery)
+                    session.receive(nbytes, partial(take, packet), delivery)
 
     def tell_members(self, namespace: str) -> None:
         """Tell all sessions of a namespace who is shown under its keys."""
@@ -211,10 +214,17 @@ class VirtualBus:
     """One session of a process. Implements ``transport.Bus``."""
 
     def __init__(
-        self, router: VirtualRouter, process: Process, service: str, instance: str, namespace: str
+        self,
+        router: VirtualRouter,
+        process: Process,
+        service: str,
+        instance: str,
+        namespace: str,
+        *,
+        pace: LinkParams = NO_PACE,
     ) -> None:
         self.router, self.process, self.service = router, process, service
-        self.instance, self.namespace = instance, namespace
+        self.instance, self.namespace, self._pace = instance, namespace, pace
         self.clock = VirtualClock(router.world, process)
         self.up, self.down = Link(), Link()
         self._lanes = {
@@ -222,7 +232,7 @@ class VirtualBus:
             for way, link in (("up", self.up), ("down", self.down))
             for delivery in (Delivery.COMMAND, Delivery.STATE)
         }
-        self.inboxes: list[tuple[str, Inbox[Any]]] = []
+        self.followed: list[tuple[str, Callable[[Packet], object]]] = []
         self.latched: dict[str, Packet] = {}
         self.servers: dict[str, _Server] = {}
         self.announced = self.closed = self._connected = False
@@ -338,7 +348,18 @@ class VirtualBus:
     # What ``transport.Bus`` asks for.
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
-        return _VirtualPublisher(self, topic)
+        publisher = _VirtualPublisher(self, topic)
+        if topic.receipts is None or self._pace == NO_PACE:
+            return publisher
+        sender = FrameSender(topic, self._pace, publisher.send, self.clock)
+        self.followed.append((self.full(topic.receipts.key), sender.receipt))
+        return sender
+
+    def shape(self, link: Link) -> None:
+        """Make both directions as slow as this link."""
+        for way in (self.up, self.down):
+            way.delay_s, way.jitter_s = link.delay_s, link.jitter_s
+            way.bytes_per_s = link.bytes_per_s
 
     def subscribe(
         self, topic: Topic[M], capacity: int = 1, arrived: Event | None = None
@@ -356,7 +377,7 @@ class VirtualBus:
             nbytes = len(packet.header) + len(packet.body)
             other.send(nbytes, lambda: self.receive(nbytes, partial(inbox.put, packet)))
 
-        self.inboxes.append((key, inbox))
+        self.followed.append((key, inbox.put))
         if topic.latched:
             self.send(SMALL, ask_latched, topic.delivery)
         return inbox
@@ -448,7 +469,9 @@ class VirtualBus:
         return self._connected
 
     def sibling(self, namespace: str) -> VirtualBus:
-        bus = VirtualBus(self.router, self.process, self.service, self.instance, namespace)
+        bus = VirtualBus(
+            self.router, self.process, self.service, self.instance, namespace, pace=self._pace
+        )
         bus.connect()
         return bus
 
@@ -543,7 +566,10 @@ class _VirtualPublisher(Generic[M]):
         self._bus, self._topic, self._key = bus, topic, bus.full(topic.key)
 
     def put(self, message: M) -> None:
-        packet = encode(message)
+        self.send(encode(message))
+
+    def send(self, packet: Packet) -> None:
+        """Publish an encoded message."""
         if self._topic.latched:
             self._bus.latched[self._key] = packet
         publish = partial(self._bus.router.publish, self._key, packet, self._topic.delivery)

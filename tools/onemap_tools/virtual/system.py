@@ -41,11 +41,13 @@ from onemap_simulator.service import SimulatorWorker
 from onemap_tools.virtual.asgi import VirtualGateway
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
-from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
+from onemap_tools.virtual.latency import NO_LATENCIES, Delays, LateMethod, Latencies
+from onemap_tools.virtual.network import RETRY_S, Link, VirtualBus, VirtualRouter
 from onemap_tools.virtual.primitives import VirtualClock
 from onemap_tools.virtual.scheduler import Process, VirtualWorld
 
 SERVICES = ("simulator", "perception", "mapper", "planner")
+FRAMES_UNDER_WAY = 2  # over a link, as docs/links.md sets it
 
 
 @dataclass(eq=False)
@@ -64,7 +66,8 @@ class Equipment:
     """What the services of one robot work with; processes that are started anew share it.
 
     robot: makes its driver; folder: of the mapper's files and the planner's records, where their
-    computers have no virtual ``disks``, by service; method: of the planner.
+    computers have no virtual ``disks``, by service; method: of the planner; latencies: how long
+    stages compute; link: between perception and the router, each way.
     """
 
     config: SystemConfig
@@ -73,6 +76,8 @@ class Equipment:
     folder: Path
     disks: Mapping[str, VirtualDisk] = field(default_factory=dict)
     method: PlanningMethod = ONEMAP
+    latencies: Latencies = NO_LATENCIES
+    link: Link | None = None
 
     def parts(self, service: str) -> ServiceParts[Any]:
         """The model of a service's configuration, and what builds its worker."""
@@ -87,19 +92,25 @@ class Equipment:
 
     def worker(self, service: str, bus: Bus) -> Worker:
         """The service's worker on this bus."""
-        config = self.config
+        config, delays = self.config, Delays(self.latencies, bus.clock)
         if service == "gateway":
             return VirtualGateway(bus, GatewayConfig())
         if service == "simulator":
             return self.robot(bus)
         if service == "perception":
-            return Perception(bus, self.perception)
+            return Perception(bus, delays.components(self.perception))
         if service == "mapper":
             folder = self._root(service) / "maps"
             mapper = config.mapper.model_copy(update={"map_folder": folder})
-            return Mapper(buses_of(bus, mapper.robots), mapper)
+            return Mapper(buses_of(bus, mapper.robots), mapper, delays.update)
         planner = config.planner.model_copy(update={"state_dir": self._root(service) / "planner"})
-        return Planner(bus, planner, self.method)
+        return Planner(bus, planner, LateMethod(self.method, delays))
+
+    @property
+    def sections(self) -> Sections:
+        """What the processes read of a file of configuration: over a link, frames are paced."""
+        window = {"bus": {"link": {"window": FRAMES_UNDER_WAY}}}
+        return Sections({} if self.link is None else window, "")
 
     def _root(self, service: str) -> Path:
         return self.disks[service].root if service in self.disks else self.folder
@@ -167,7 +178,7 @@ class VirtualSystem:
         made = ServiceParts(parts.model, build)
         try:
             connect = partial(self._connect, service.process)
-            code = serve(service.life, lambda _: made, Sections({}, ""), connect)
+            code = serve(service.life, lambda _: made, self.equipment.sections, connect)
         except StartError:
             code = EXIT_CRASHED
         service.codes.append(code)
@@ -185,7 +196,11 @@ class VirtualSystem:
         waiting: Callable[[str], None],
     ) -> JoiningBus | None:
         """As ``bus.open_bus``."""
-        bus = VirtualBus(self.router, process, service, instance, config.namespace)
+        bus = VirtualBus(
+            self.router, process, service, instance, config.namespace, pace=config.link
+        )
+        if service == "perception" and self.equipment.link is not None:
+            bus.shape(self.equipment.link)
         pause_s = RETRY_S[0]
         while not stop.is_set():
             waiting("waiting for a router")

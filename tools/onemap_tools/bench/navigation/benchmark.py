@@ -28,6 +28,7 @@ from onemap_tools.bench.navigation.results import (
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.processes.worker_pool import worker_pool
 from onemap_tools.virtual.config import SystemConfig
+from onemap_tools.virtual.latency import NO_LATENCIES, Latencies
 
 DESCRIBED = ("onemap", "oracle")  # find the one of several that is meant
 lines = table_lines
@@ -43,26 +44,38 @@ def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
     if options.goals == "colours" and options.features != "mini":
         raise ValueError("labels have no colours: --goals colours is for --features mini")
     seeds = apartment_seeds(options.seed, options.episodes, options.apartments)
+    times = _latencies(options)
     return tuple(
-        EpisodeSetup(index, _config(options, seed), options) for index, seed in enumerate(seeds)
+        EpisodeSetup(index, _config(options, seed), options, times)
+        for index, seed in enumerate(seeds)
     )
 
 
 def described(options: NavigationBench) -> dict[str, Any]:
     """The options as a JSON object, with the settings of the services."""
     document = asdict(options)
-    for name in ("as_json", "workers", "out", "beside", "config"):  # what says nothing of the task
+    # What says nothing of the task, or is told by its content:
+    for name in ("as_json", "workers", "out", "beside", "config", "latency"):
         del document[name]
     if options.goals == "names":
         del document["goals"]
     if zones := document.pop("zones"):
         document["zones_per_episode"] = zones
+    for name in ("link", "delay", "jitter"):
+        if not document[name]:
+            del document[name]
+    if (times := _latencies(options)) != NO_LATENCIES:
+        document["latency"] = times.model_dump(mode="json")
     if wells := document.pop("stairwells"):
         document["stairwells_per_episode"] = wells
     config = _config(options, options.seed).document()
     encoder = config["perception"]["encoder"]
     encoder["folder"] = Path(encoder["folder"]).name  # that of another checkout is the same
     return {**document, "limit_s": document.pop("limit"), "config": config}
+
+
+def _latencies(options: NavigationBench) -> Latencies:
+    return NO_LATENCIES if options.latency is None else Latencies.read(options.latency)
 
 
 def _config(options: NavigationBench, seed: int) -> SystemConfig:

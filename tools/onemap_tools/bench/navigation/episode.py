@@ -73,6 +73,8 @@ from onemap_tools.bench.navigation.simulated_perception import (
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.demo.summary import ObjectSummary, evaluate_result
 from onemap_tools.virtual.config import SystemConfig
+from onemap_tools.virtual.latency import NO_LATENCIES, Latencies
+from onemap_tools.virtual.network import Link
 from onemap_tools.virtual.system import Equipment, simulated
 
 RGBD_HZ = 4.0  # what the services reach on two cores
@@ -90,6 +92,7 @@ class EpisodeSetup:
     index: int
     config: SystemConfig
     options: NavigationBench
+    latencies: Latencies = NO_LATENCIES
 
 
 @dataclass(slots=True)
@@ -176,6 +179,8 @@ def _search(
                 simulated(scene, config.simulator, camera),
                 perception(scene, setup, config),
                 Path(folder),
+                latencies=setup.latencies,
+                link=link_of(options),
             ),
             config.simulator.seed,
             method=search_method(options.method, config.mapper.cell_size_m),
@@ -262,6 +267,14 @@ def system_config(setup: EpisodeSetup) -> SystemConfig:
         camera = camera.model_copy(update={"width": width, "height": height})
     limit_s = setup.options.limit
     return setup.config.searching(rgbd_hz=RGBD_HZ, limit_s=limit_s, camera=camera)
+
+
+def link_of(options: NavigationBench) -> Link | None:
+    """Between perception and the router; None for one without limits."""
+    if not (options.link or options.delay or options.jitter):
+        return None
+    bytes_per_s = options.link * 1e6 / 8 if options.link else inf
+    return Link(1e-3 * options.delay, 1e-3 * options.jitter, bytes_per_s=bytes_per_s)
 
 
 def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionComponents:

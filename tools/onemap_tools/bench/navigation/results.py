@@ -31,7 +31,7 @@ STARTED_S = 15.0  # seconds in which a look around takes half: a robot that sets
 RESAMPLES = 2000  # the ends of a 95 % interval are then known to a tenth of its width
 COVERAGE = (2.5, 97.5)  # percentiles
 # Compared by quotients:
-RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m")
+RATIOS = ("spl", "sequence_spl", "spl_1", "spl_2", "spl_3", "path_m", "time_s")
 DIFFERENCES = ("sr", "wrong_claims")
 
 
@@ -283,9 +283,10 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
 OPTIONS_FILE, EPISODES_FILE = "options.json", "episodes.jsonl"
 RESULTS_FILE = "results.json"
 # Settings of the search itself; those of simulator and perception are part of the task.
-SEARCHING = ("config.planner.", "config.mapper.")
+SEARCHING = ("config.planner.", "config.mapper.", "latency.")
 # What may differ beside them: the apartments that both searched are compared.
 FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments"}
+FREE |= {"link", "delay", "jitter"}
 TITLES = {
     "sr": "SR per object",
     "spl": "SPL per object",
