@@ -115,16 +115,6 @@ def check(
     return tuple(found)
 
 
-def told(conditions: Sequence[CheckedCondition]) -> tuple[str, ...]:
-    """What holds, in words."""
-    return tuple(each.evidence for each in conditions if each.holds is Holds.YES)
-
-
-def wrong(conditions: Sequence[CheckedCondition]) -> tuple[str, ...]:
-    """What does not hold, or was not checked, in words."""
-    return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)
-
-
 def is_excluded(conditions: Sequence[CheckedCondition], detail: Detail) -> bool:
     """Whether a checked thing is one of the names that a description excludes."""
     if not detail.negatives:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -89,6 +90,32 @@ def test_a_package_imports_only_what_the_base_and_its_extra_install(package: str
     allowed = modules_of([*PROJECT["dependencies"], *extra]) | OPTIONAL.get(package, set())
     imported = third_party(folders(ROOT)[f"onemap_{package}"])
     assert {name: place for name, place in imported.items() if name not in allowed} == {}
+
+
+ONLY = """
+import sys, importlib
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in MISSING:
+            raise ModuleNotFoundError("No module named " + repr(name), name=name)
+sys.meta_path.insert(0, Missing())
+importlib.import_module(SERVICE)
+"""
+
+
+@pytest.mark.parametrize(
+    "package", ["perception", "mapper", "planner", "gateway", "simulator", "ros2"]
+)
+def test_a_service_starts_with_what_its_extra_installs(package: str) -> None:
+    """What it imports of the shared code may ask for a package that only others have."""
+    extras = PROJECT["optional-dependencies"]
+    missing = modules_of(each for extra in extras.values() for each in extra)
+    missing -= modules_of([*PROJECT["dependencies"], *extras[package]]) | {"onemap"}
+    program = f"MISSING, SERVICE = {missing!r}, 'onemap_{package}.service'{ONLY}"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def pins(file: Path) -> dict[str, str]:

@@ -132,3 +132,13 @@ def all_hold(conditions: Iterable[CheckedCondition]) -> Holds:
     """Whether all of them hold: the first of no, not checked and not known that one has."""
     found = {each.holds for each in conditions}
     return next((each for each in tuple(Holds)[1:] if each in found), Holds.YES)
+
+
+def told(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
+    """What holds, in words."""
+    return tuple(each.evidence for each in conditions if each.holds is Holds.YES)
+
+
+def wrong(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
+    """What does not hold, or was not checked, in words."""
+    return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)

@@ -18,7 +18,6 @@ from onemap_planner.search.state_machine import EventStamp
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
 from onemap_shared import messages as m
-from onemap_shared.conditions import told, wrong
 from onemap_shared.places import NOWHERE
 from tests.planner.drawn_maps import detections_of
 from tests.planner.one_room import POSE, ROOM, candidate, context, having_seen, planner_state
@@ -39,7 +38,7 @@ def checked(
     found: Sequence[FoundObject] = (),
 ) -> Checked:
     conditions = check_find(thing, here, evidence or Evidence(), found)
-    return m.all_hold(conditions), told(conditions), wrong(conditions)
+    return m.all_hold(conditions), m.told(conditions), m.wrong(conditions)
 
 
 def related(kind: m.RelationKind) -> m.Detail:

@@ -11,9 +11,8 @@ import numpy as np
 from onemap import replies
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import age_s, reply_of
-from onemap_shared.conditions import wrong
 from onemap_shared.grid import onto
-from onemap_shared.messages import Holds, SearchView, SimilarityReply, Verdict, Whereabouts
+from onemap_shared.messages import Holds, SearchView, SimilarityReply, Verdict, Whereabouts, wrong
 
 MOVED_M = 0.1  # a cell of the default size
 CHANGED_SCORE = 0.05

@@ -32,7 +32,7 @@ from onemap_planner.sentences import (
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.distances import distance_cells
-from onemap_shared.conditions import is_excluded, told, wrong
+from onemap_shared.conditions import is_excluded
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
@@ -44,6 +44,8 @@ from onemap_shared.messages import (
     ObjectFind,
     Occupancy,
     SearchState,
+    told,
+    wrong,
 )
 from onemap_shared.names import the
 

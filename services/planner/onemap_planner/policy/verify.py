@@ -27,8 +27,7 @@ from onemap_planner.world.candidates import (
     ObjectCandidate,
 )
 from onemap_planner.world.regions import SIMILAR
-from onemap_shared.conditions import told, wrong
-from onemap_shared.messages import Holds, all_hold
+from onemap_shared.messages import Holds, all_hold, told, wrong
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
