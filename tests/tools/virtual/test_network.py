@@ -127,6 +127,84 @@ def test_what_a_cut_link_holds_arrives_unless_the_lease_ends(
     assert net.heard == [both, both if arrives else frozenset({"planner"}), arrives, both]
 
 
+def test_what_is_sent_arrives_though_its_process_ends(net: Net) -> None:
+    net.robot.up.delay_s = 0.5
+    inbox = net.planner.subscribe(keys.ROBOT_ODOMETRY, capacity=9)
+
+    def work() -> None:
+        net.planner.clock.sleep(1.0)
+        net.robot.publish(keys.ROBOT_ODOMETRY).put(odometry(1))
+        net.world.kill(net.robot.process)
+        net.planner.clock.sleep(0.4)
+        net.heard.append(net.planner.alive())
+        net.heard.append(inbox.take(0.2) is not None)
+        net.planner.clock.sleep(0.1)
+        net.heard.append(net.planner.alive())
+
+    net.run(work)
+    assert net.heard == [{"simulator", "planner"}, True, {"planner"}]
+
+
+def test_what_a_link_loses_is_sent_anew(net: Net) -> None:
+    net.robot.up.loss = 0.5
+    inbox = net.planner.subscribe(keys.ROBOT_ODOMETRY, capacity=99)
+    publisher = net.robot.publish(keys.ROBOT_ODOMETRY)
+    late: list[float] = []
+
+    def work() -> None:
+        for number in range(30):
+            publisher.put(odometry(number))
+            sent_s = net.world.now_s
+            message = inbox.take(20.0)
+            net.heard.append(message.sequence if message else None)
+            late.append(net.world.now_s - sent_s)
+
+    net.run(work, 600.0)
+    assert net.heard == list(range(30))
+    assert max(late) > 0.2
+    assert sorted(late)[5] < 0.01
+
+
+def test_only_what_is_published_is_dropped_by_a_full_link(net: Net) -> None:
+    inbox = net.planner.subscribe(keys.ROBOT_ODOMETRY, capacity=99)
+    publisher = net.robot.publish(keys.ROBOT_ODOMETRY)
+    other = net.router.join(net.world.process("mapper"), "mapper", announce=False)
+
+    def work() -> None:
+        net.robot.up.bytes_per_s, net.robot.up.queue_bytes = 1000.0, 500.0
+        other.up.bytes_per_s, other.up.queue_bytes = 10.0, 500.0
+        for number in range(20):
+            publisher.put(odometry(number))
+        other.publish(keys.MAP_REVISION).put(fakes.revision(1))
+        other.announce()
+        net.planner.clock.sleep(60.0)
+        while (message := inbox.take(0.0)) is not None:
+            net.heard.append(message.sequence)
+        net.heard.append("mapper" in net.planner.alive())
+
+    net.run(work, 100.0)
+    assert net.heard[-1] is True
+    assert 1 <= len(net.heard) - 1 < 20
+
+
+def test_a_suspended_computer_counts_its_pause(net: Net) -> None:
+    clock = net.robot.clock
+
+    def ages() -> tuple[float, float, float]:
+        return clock.monotonic_s(), clock.suspended_s(), clock.wall_ns() * 1e-9
+
+    def work() -> None:
+        before = ages()
+        net.router.stall(net.robot.process, stalled=True)
+        net.planner.clock.sleep(70.0)
+        net.router.stall(net.robot.process, stalled=False, suspended=True)
+        for now, then in zip(ages(), before, strict=True):
+            net.heard.append(round(now - then))
+
+    net.run(work, 100.0)
+    assert net.heard == [0, 70, 70]
+
+
 def test_a_router_that_comes_back_is_found_again(net: Net) -> None:
     def work() -> None:
         net.planner.clock.sleep(0.5)

@@ -2,7 +2,8 @@
 
 Messages are encoded and decoded; a subscription keeps the newest only; what was latched reaches who
 subscribes later; a call without a server raises ``NoReply``. Each session has its links to the
-router: in order, as TCP is, and late, slow, full, lossy or cut as its ``Link`` says.
+router: in order and without gaps, as TCP is, and late, slow, full, lossy or cut as its ``Link``
+says. What a process has sent arrives though it ends.
 """
 
 from __future__ import annotations
@@ -45,13 +46,16 @@ LEASE_S = 2.0  # after which router and session notice that the link between the
 RETRY_S = (0.2, 2.0)  # between attempts to reach the router, as Zenoh's are set
 NO_PACE = LinkParams()
 SMALL = 64  # bytes of what carries no message
+RESENT_S = (0.2, 1.6)  # after which TCP sends anew what was lost: at first, and at most
+SENDS_BYTES = 400_000.0  # that wait on a link which sends anew: in the kernel's buffer and Zenoh's
 
 
 @dataclass(slots=True)
 class Link:
     """One direction between a session and the router.
 
-    queue_bytes: what waits beyond it is dropped, as Zenoh drops what is congested. cut: nothing
+    loss: how probably what is sent has to be sent anew, each time. queue_bytes: of what is
+    published, what waits beyond it is dropped, as Zenoh drops what is congested. cut: nothing
     arrives; what was sent meanwhile does afterwards, unless the session has ended.
     """
 
@@ -65,36 +69,54 @@ class Link:
 
 @dataclass(slots=True)
 class _Lane:
-    """What is on its way over a link, in order."""
+    """What is on its way over a link, in order: one connection."""
 
     link: Link
     free_ns: int = 0  # when what was sent before has left
     last_ns: int = 0  # when the newest arrives
+    leaving: deque[tuple[int, int]] = field(default_factory=deque)  # when, and how many bytes
     held: deque[Callable[[], object]] = field(default_factory=deque)  # by a cut link
+    number: int = 0  # of the connection
 
-    def send(self, world: VirtualWorld, nbytes: int, arrive: Callable[[], object]) -> None:
+    def send(
+        self, world: VirtualWorld, nbytes: int, arrive: Callable[[], object], *, drops: bool = False
+    ) -> None:
+        """Send; drops: rather than that it waits behind too much."""
         link = self.link
-        waiting_bytes = (self.free_ns - world.now_ns) * 1e-9 * link.bytes_per_s
-        if link.bytes_per_s < math.inf and waiting_bytes + nbytes > link.queue_bytes:
+        while self.leaving and self.leaving[0][0] <= world.now_ns:
+            self.leaving.popleft()
+        if drops and sum(each for _, each in self.leaving) + nbytes > link.queue_bytes:
             return
-        if link.loss and world.rng.random() < link.loss:
-            return
+        lost_s, again_s = 0.0, RESENT_S[0]
+        while link.loss and world.rng.random() < link.loss:
+            lost_s, again_s = lost_s + again_s, min(2 * again_s, RESENT_S[1])
         self.free_ns = max(world.now_ns, self.free_ns) + int(nbytes / link.bytes_per_s * 1e9)
         jitter_s = link.jitter_s * world.rng.random() if link.jitter_s else 0.0
         flight_ns = int((link.delay_s + jitter_s) * 1e9)
-        self.last_ns = max(self.free_ns + flight_ns, self.last_ns)
-        world.at((self.last_ns - world.now_ns) * 1e-9, partial(self._arrive, arrive))
+        self.last_ns = max(self.free_ns + int(lost_s * 1e9) + flight_ns, self.last_ns)
+        left_ns = max(self.last_ns - flight_ns, self.free_ns)  # the kernel may forget it
+        if left_ns > world.now_ns:
+            self.leaving.append((left_ns, nbytes))
+        came = partial(self._arrive, arrive, self.number)
+        world.at((self.last_ns - world.now_ns) * 1e-9, came)
 
-    def _arrive(self, arrive: Callable[[], object]) -> None:
-        if self.link.cut or self.held:
+    def _arrive(self, arrive: Callable[[], object], number: int) -> None:
+        if number == self.number and (self.link.cut or self.held):
             self.held.append(arrive)
-        else:
+        elif number == self.number:
             arrive()
 
     def release(self) -> None:
         """Let arrive what a cut has held."""
         while self.held and not self.link.cut:
             self.held.popleft()()
+
+    def break_off(self) -> None:
+        """The connection is gone, and what was on its way with it."""
+        self.number += 1
+        self.held.clear()
+        self.leaving.clear()
+        self.free_ns = self.last_ns = 0
 
 
 class VirtualRouter:
@@ -122,7 +144,7 @@ class VirtualRouter:
         """The router ends: its connections are closed at once."""
         self.up = False
         for session in list(self.sessions):
-            session.disconnect(known=True)
+            session.disconnect()
 
     def start(self) -> None:
         """Another router on the same port: sessions find it when they try again."""
@@ -133,9 +155,14 @@ class VirtualRouter:
         for session in self.sessions_of(process):
             session.set_cut(cut=cut)
 
-    def stall(self, process: Process, *, stalled: bool) -> None:
-        """Stall a process, or let it go on; its connections end with the lease."""
+    def stall(self, process: Process, *, stalled: bool, suspended: bool = False) -> None:
+        """Stall a process, or let it go on; its connections end with the lease.
+
+        suspended: with its computer, whose monotonic clock stands still meanwhile.
+        """
         self.world.stall(process, stalled=stalled)
+        if suspended and not stalled:
+            process.suspended_ns += self.world.now_ns - process.belongings["stalled_ns"]
         if stalled:
             began_ns = self.world.now_ns
             process.belongings["stalled_ns"] = began_ns
@@ -144,7 +171,7 @@ class VirtualRouter:
     def _lease_ends(self, process: Process, began_ns: int) -> None:
         if process.stalled and process.belongings["stalled_ns"] == began_ns:
             for session in self.sessions_of(process):
-                session.disconnect(known=True)
+                session.disconnect()
 
     def sessions_of(self, process: Process) -> list[VirtualBus]:
         """Sessions that a process has opened and not closed, connected or not."""
@@ -172,7 +199,7 @@ class VirtualRouter:
         for session in list(self.sessions):
             for pattern, take in session.followed:
                 if pattern == key or ("*" in pattern and fnmatchcase(key, pattern)):
-                    session.receive(nbytes, partial(take, packet), delivery)
+                    session.receive(nbytes, partial(take, packet), delivery, drops=True)
 
     def tell_members(self, namespace: str) -> None:
         """Tell all sessions of a namespace who is shown under its keys."""
@@ -243,7 +270,7 @@ class VirtualBus:
         self._any = self.clock.event()
         self._epoch = 0  # counts cuts
         process_sessions(process).append(self)
-        process.on_death.append(partial(self._end, known=False))
+        process.on_death.append(self._leave)
         self.clock.thread("receive", self._receive_all)
 
     # The session and the router.
@@ -259,8 +286,8 @@ class VirtualBus:
             if self._wants_token:
                 self._show()
 
-    def disconnect(self, *, known: bool) -> None:
-        """The connection is gone; known: the session sees it, and tries again."""
+    def disconnect(self) -> None:
+        """The connection is gone; a session that has not ended sees it, and tries again."""
         if self in self.router.sessions:
             self.router.sessions.remove(self)
         for caller, query in self._asked:
@@ -270,8 +297,8 @@ class VirtualBus:
             self.announced = False
             self.router.tell_members(self.namespace)
         for lane in self._lanes.values():
-            lane.held.clear()
-        if known and not self.closed:
+            lane.break_off()
+        if not self.closed:
             self._connected = False
             self.router.world.at(0.0, partial(self._came_in, self._lost))
             self._try_again(RETRY_S[0])
@@ -305,33 +332,54 @@ class VirtualBus:
 
     def _lease_ends(self, epoch: int) -> None:
         if epoch == self._epoch and self._connected:
-            self.disconnect(known=True)
+            self.disconnect()
 
-    def _end(self, *, known: bool) -> None:
+    def _leave(self) -> None:
+        """End the session once what was sent has arrived, as the kernel sends it for the dead."""
+        lanes = [lane for (way, _), lane in self._lanes.items() if way == "up"]
+        left = set(range(len(lanes)))
+
+        def arrived(index: int) -> None:
+            left.discard(index)
+            if not left:
+                self._end()
+
+        if not self._connected:
+            self._end()
+            return
+        for index, lane in enumerate(lanes):
+            lane.send(self.router.world, 0, partial(arrived, index))
+
+    def _end(self) -> None:
         self.closed = True
-        self.disconnect(known=known)
+        self.disconnect()
         self._connected = False
 
     def send(
-        self, nbytes: int, arrive: Callable[[], object], delivery: Delivery = Delivery.STATE
+        self,
+        nbytes: int,
+        arrive: Callable[[], object],
+        delivery: Delivery = Delivery.STATE,
+        *,
+        drops: bool = False,
     ) -> None:
-        """Send to the router, which then calls ``arrive``."""
+        """Send to the router, which then calls ``arrive``; drops: see ``Link``."""
         self.router.world.pass_by()
-
-        def at_router() -> None:
-            if self in self.router.sessions:
-                arrive()
-
         if self._connected:
             lane = self._lanes["up", delivery is Delivery.COMMAND]
-            lane.send(self.router.world, nbytes, at_router)
+            lane.send(self.router.world, nbytes, arrive, drops=drops)
 
     def receive(
-        self, nbytes: int, take: Callable[[], object], delivery: Delivery = Delivery.STATE
+        self,
+        nbytes: int,
+        take: Callable[[], object],
+        delivery: Delivery = Delivery.STATE,
+        *,
+        drops: bool = False,
     ) -> None:
         """Pass on from the router to this process, whose receiving thread calls ``take``."""
         lane = self._lanes["down", delivery is Delivery.COMMAND]
-        lane.send(self.router.world, nbytes, partial(self._came_in, take))
+        lane.send(self.router.world, nbytes, partial(self._came_in, take), drops=drops)
 
     def _came_in(self, take: Callable[[], object]) -> None:
         if self.process.alive and not self.closed:
@@ -525,7 +573,8 @@ class VirtualBus:
     def close(self) -> None:
         for server in list(self.servers.values()):
             server.close()
-        self.send(SMALL, partial(self._end, known=True))
+        self.router.world.pass_by()
+        self._leave()
 
 
 class _Server:
@@ -573,4 +622,5 @@ class _VirtualPublisher(Generic[M]):
         if self._topic.latched:
             self._bus.latched[self._key] = packet
         publish = partial(self._bus.router.publish, self._key, packet, self._topic.delivery)
-        self._bus.send(len(packet.header) + len(packet.body), publish, self._topic.delivery)
+        nbytes = len(packet.header) + len(packet.body)
+        self._bus.send(nbytes, publish, self._topic.delivery, drops=True)

@@ -266,13 +266,14 @@ class VirtualClock:
         return self.process.random
 
     def monotonic_s(self) -> float:
-        return (self.world.now_ns + self.process.boot_ns) * 1e-9
+        process = self.process
+        return (self.world.now_ns + process.boot_ns - process.suspended_ns) * 1e-9
 
     def wall_ns(self) -> int:
         return EPOCH_NS + self.world.now_ns + self.process.skew_ns
 
     def suspended_s(self) -> float:
-        return 0.0
+        return self.process.suspended_ns * 1e-9
 
     def sleep(self, seconds: float) -> None:
         self.world.wait(seconds)

@@ -34,8 +34,8 @@ class NoProgress(RuntimeError):
 class Process:
     """What is killed, stalled and started as a whole.
 
-    skew_ns: of its wall clock; boot_ns: of its monotonic clock. on_crash: called with the name of a
-    thread and what ended it.
+    skew_ns: of its wall clock; boot_ns: of its monotonic clock, without suspended_ns, for which its
+    computer was suspended. on_crash: called with the name of a thread and what ended it.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Process:
     stalled: bool = False
     skew_ns: int = 0
     boot_ns: int = 0
+    suspended_ns: int = 0
     on_crash: Callable[[str, BaseException], object] | None = None
     frozen: list[Task] = field(default_factory=list)
     on_death: list[Callable[[], object]] = field(default_factory=list)

@@ -33,6 +33,7 @@ from onemap_shared.runner import (
     StartError,
     serve,
 )
+from onemap_shared.services import ROBOTS
 from onemap_shared.transport import Bus, Worker
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.rendering.rgbd_camera import SceneRenderer
@@ -82,7 +83,7 @@ class Equipment:
     def parts(self, service: str) -> ServiceParts[Any]:
         """The model of a service's configuration, and what builds its worker."""
         models: dict[str, type[BaseModel]] = {
-            "simulator": SimulatorConfig,
+            **dict.fromkeys(ROBOTS, SimulatorConfig),
             "perception": PerceptionConfig,
             "mapper": MapperConfig,
             "planner": PlannerConfig,
@@ -95,7 +96,7 @@ class Equipment:
         config, delays = self.config, Delays(self.latencies, bus.clock)
         if service == "gateway":
             return VirtualGateway(bus, GatewayConfig())
-        if service == "simulator":
+        if service in ROBOTS:
             return self.robot(bus)
         if service == "perception":
             return Perception(bus, delays.components(self.perception))
