@@ -192,9 +192,17 @@ def _bytes(name: str, array: np.ndarray) -> bytes:
     return array.tobytes()
 
 
+@cache
+def _parts(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Origin and arguments of a type; asking for them takes as long as to read a value."""
+    return typing.get_origin(hint), typing.get_args(hint)
+
+
 def _plain(value: Any, hint: Any) -> Any:
     """A field's value as msgpack types."""
-    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if value.__class__ is hint and hint in _SCALARS:
+        return value
+    origin, arguments = _parts(hint)
     if origin is tuple:
         kinds = [arguments[0]] * len(value) if arguments[-1] is Ellipsis else arguments
         return [_plain(item, kind) for item, kind in zip(value, kinds, strict=True)]
@@ -218,7 +226,7 @@ _SCALARS: dict[type, tuple[tuple[type, ...], Callable[[Any], Any]]] = {
 
 def _typed(name: str, value: Any, hint: Any) -> Any:
     """A field's value from msgpack types, or WireError."""
-    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    origin, arguments = _parts(hint)
     if origin is tuple and isinstance(value, list):
         if arguments[-1] is Ellipsis:
             return tuple(_typed(name, item, arguments[0]) for item in value)
