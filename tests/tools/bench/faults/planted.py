@@ -20,6 +20,7 @@ from onemap_mapper.places import keeper
 from onemap_mapper.storage import map_file, worlds
 from onemap_mapper.storage.kept import Kept
 from onemap_planner import inputs as planner_inputs
+from onemap_planner import planning_thread
 from onemap_planner import service as planner_service
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
@@ -65,6 +66,7 @@ def nothing_is_stale(patch: pytest.MonkeyPatch) -> None:
 
     patch.setattr(LatestInputs, "stale_reason", lambda *_: "")
     patch.setattr(PlanningThread, "_request_view", kept_view)
+    patch.setattr(planning_thread, "view_problem", lambda *_: "")
 
 
 def any_driver(patch: pytest.MonkeyPatch) -> None:

@@ -38,12 +38,16 @@ def test_a_plan_that_fails_is_made_as_small_as_it_can_be() -> None:
 
 ZONE = Incident("zone", 8.0)
 TORN = Incident("disk torn", 10.0, "places.bin", 0.1, 0.5)
+POWER = Incident("power", 10.0, "mapper", 1.0)
 # Which plan finds each; the seeds that found the others are in docs/reliability.md.
 PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("endless command", (Incident("kill", 8.0, "planner", 4.0),)),
+    ("nothing is stale", (Incident("kill", 8.0, "mapper", 8.0),)),
     ("a step fails", ()),
     ("zones are not followed", (ZONE,)),
     ("unreadable is empty", (ZONE, TORN)),
+    # Without places no search goes on: it is cancelled, so that the run ends.
+    ("nothing is synced", (ZONE, POWER, Incident("cancel", 14.0))),
     ("cancelled later", (Incident("cancel", 8.0),)),
 ]
 

@@ -1,4 +1,4 @@
-"""What becomes of the messages of a topic: doubled, out of order, frozen, damaged, false."""
+"""What becomes of the messages of a topic: doubled, out of order, late, damaged, false."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from onemap_shared.wire import Packet, WireError, decode, encode
 Change = Callable[[Packet], list[Packet]]
 NAN = b"\x00\x00\xc0\x7f" * 2  # as float16, float32 or float64
 JUMP_M = (0.1, 3.0)
+QUEUED = (2, 30)  # messages; 20 commands come in a second
 
 
 def doubled(_rng: random.Random) -> Change:
@@ -33,6 +34,18 @@ def disordered(_rng: random.Random) -> Change:
             return [packet, held.pop()]
         held.append(packet)
         return []
+
+    return change
+
+
+def queued(rng: random.Random) -> Change:
+    """They wait in a queue, as those of a driver that obeys one after the other."""
+    held: list[Packet] = []
+    length = rng.randint(*QUEUED)
+
+    def change(packet: Packet) -> list[Packet]:
+        held.append(packet)
+        return [held.pop(0)] if len(held) > length else []
 
     return change
 
@@ -108,6 +121,6 @@ def _other_byte(data: bytes, rng: random.Random) -> bytes:
 CHANGES: dict[str, Callable[[random.Random], Change]] = {
     each.__name__.replace("_", " "): each
     for each in (
-        doubled, silent, disordered, frozen, damaged, garbled, not_finite, jumping, lying,
+        doubled, silent, disordered, queued, frozen, damaged, garbled, not_finite, jumping, lying,
     )
 }  # fmt: skip

@@ -18,22 +18,24 @@ from onemap_shared.keys import (
 )
 
 Kind = Literal[
-    "kill", "stall", "cut", "late", "slow", "lossy", "router", "clock", "second", "restart",
-    "power", "disk slow", "disk full", "disk torn",
+    "kill", "stall", "suspend", "cut", "late", "slow", "lossy", "router", "clock", "second",
+    "restart", "power", "disk slow", "disk full", "disk torn",
     "doubled", "silent", "disordered", "frozen", "damaged", "garbled", "not finite",
-    "jumping", "lying",
+    "jumping", "lying", "queued",
     "cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask",
 ]  # fmt: skip
 Act = Literal["cancel", "drive", "zone", "name", "save", "load", "merge", "clear", "ask"]
 ACTS: tuple[Act, ...] = get_args(Act)  # what a user does, over HTTP
 SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
+OTHER_ROBOT = "ros2"  # a second one that has another name than the simulator
 DISKS = ("mapper", "planner")  # whose computers have one
 # How often each is drawn: what a link or a process does is where most was found.
 WEIGHTS: dict[Kind, int] = {
-    "kill": 4, "stall": 4, "cut": 3, "late": 3, "slow": 2, "lossy": 2, "router": 2, "clock": 3,
-    "second": 1, "restart": 2, "power": 4, "disk slow": 2, "disk full": 1, "disk torn": 3,
+    "kill": 4, "stall": 4, "suspend": 1, "cut": 3, "late": 3, "slow": 2, "lossy": 2,
+    "router": 2, "clock": 3, "second": 1, "restart": 2, "power": 4,
+    "disk slow": 2, "disk full": 1, "disk torn": 3,
     "doubled": 1, "silent": 1, "disordered": 1, "frozen": 1, "damaged": 1, "garbled": 2,
-    "not finite": 1, "jumping": 1, "lying": 1,
+    "not finite": 1, "jumping": 1, "lying": 1, "queued": 1,
     "cancel": 4, "drive": 1, "zone": 8, "name": 1, "save": 2, "load": 1, "merge": 1, "clear": 1,
     "ask": 1,
 }  # fmt: skip
@@ -42,12 +44,14 @@ STREAMS = (  # whose messages are doubled, held back, disordered or frozen
     MAP_REVISION.key, SEARCH_STATE.key,
 )  # fmt: skip
 CHECKED = (ROBOT_RGBD.key, FIELD.key, DETECTIONS.key)  # and damaged: no wrong velocity can be seen
-BEGIN_S, LAST_S = 3.0, 20.0  # between which something happens
-LONGEST_S = 10.0
+BEGIN_S, LAST_S = 3.0, 12.0  # between which something happens
+LONGEST_S = 8.0
+RECOVERS_S = 6.0  # after an incident, in which what it touched may still be late
+AMID = 0.5  # how probably a user acts while another incident lasts
 LEAST, MOST = 2, 5  # incidents of a run
 APARTMENTS = 6  # making one takes as long as 5 s of a search
 FILES = ("places.bin", "objects.bin", "world.txt", "*.npz")  # that are torn, all of the name
-LATE_S, SLOW_BYTES_PER_S, LOSS = (0.05, 2.0), (20_000.0, 500_000.0), (0.05, 0.6)
+LATE_S, SLOW_BYTES_PER_S, LOSS = (0.05, 2.0), (20_000.0, 500_000.0), (0.05, 0.4)
 CLOCK_S = (0.05, 3600.0)
 DISK_SLOWER = (10.0, 2000.0)
 
@@ -75,12 +79,13 @@ class FaultPlan:
     apartment: int
     incidents: tuple[Incident, ...]
 
-    @property
-    def stops_arrive(self) -> bool:
-        """Whether nothing happens to what a stop passes: gateway, router, planner."""
-        apart = ("simulator", "perception", "mapper")
-        return all(
-            each.kind in ACTS or each.kind.startswith("disk") or each.target in apart
+    def disturbs(self, targets: tuple[str, ...], from_s: float, until_s: float) -> bool:
+        """Whether what passes these services and streams, and the router, may be late then."""
+        return any(
+            each.target in (*targets, "all", "")
+            and each.kind not in (*ACTS, "clock", "disk slow", "disk full", "disk torn")
+            and each.at_s <= until_s
+            and from_s <= each.at_s + each.lasts_s + RECOVERS_S
             for each in self.incidents
         )
 
@@ -98,7 +103,14 @@ def drawn(seed: int) -> FaultPlan:
     """The plan of a seed."""
     rng = random.Random(seed)
     kinds = rng.choices(list(WEIGHTS), list(WEIGHTS.values()), k=rng.randint(LEAST, MOST))
-    incidents = sorted((_drawn(kind, rng) for kind in kinds), key=lambda each: each.at_s)
+    happens = [_drawn(kind, rng) for kind in kinds]
+    lasting = [each for each in happens if each.kind not in ACTS]
+    for index, each in enumerate(happens):
+        if each.kind in ACTS and lasting and rng.random() < AMID:
+            other = rng.choice(lasting)
+            at_s = round(other.at_s + rng.random() * other.lasts_s, 1)
+            happens[index] = replace(each, at_s=at_s)
+    incidents = sorted(happens, key=lambda each: each.at_s)
     return FaultPlan(seed, 1 + rng.randrange(APARTMENTS), tuple(incidents))
 
 
@@ -122,10 +134,16 @@ def _drawn(kind: Kind, rng: random.Random) -> Incident:
         target = rng.choice(CHECKED)
     if kind in ("jumping", "lying"):
         target = ROBOT_ODOMETRY.key
+    if kind == "queued":
+        target = ROBOT_CMD_VEL.key
     if kind.startswith("disk"):
         target = rng.choice(DISKS)
     if kind == "power":
         target = rng.choice((*DISKS, "all"))
+    if kind == "suspend":
+        target = rng.choice((*SERVICES, "all"))
+    if kind == "second":
+        target = rng.choice((*SERVICES, OTHER_ROBOT))
     if kind == "disk torn":
         target, amount = rng.choice(FILES), round(rng.random(), 2)
     if kind == "router" or kind in ACTS:

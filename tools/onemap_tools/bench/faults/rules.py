@@ -12,31 +12,41 @@ from math import hypot
 from typing import Any
 
 from onemap_mapper.service import Mapper
+from onemap_planner.motion.staleness import SET_BACK_S, StalenessParams
 from onemap_planner.service import Planner
 from onemap_shared import keys
+from onemap_shared.command_gate import MAX_COMMAND_AGE_S
 from onemap_shared.messages import (
     MapListRequest,
-    MapRevision,
     ObjectListRequest,
     PlacesRequest,
-    RgbdFrame,
     SearchId,
     SearchListRequest,
+    VelocityCommand,
 )
 from onemap_shared.transport import Bus, CallError, RemoteError
 from onemap_shared.wire import Packet, WireError, decode
 from onemap_simulator.service import SimulatorWorker
+from onemap_tools.bench.faults.contacts import ShownObstacles
+from onemap_tools.bench.faults.plan import FaultPlan
 from onemap_tools.virtual.asgi import VirtualGateway
 from onemap_tools.virtual.network import process_sessions
-from onemap_tools.virtual.scheduler import Process
+from onemap_tools.virtual.scheduler import EPOCH_NS, Process
 from onemap_tools.virtual.system import VirtualSystem
 
 PERIOD_S = 0.05
 MOVES_MPS, TURNS_RADPS = 0.02, 0.05
 STOPPED_S = 1.0  # from a stop to its acknowledgement, unless its way is disturbed
 STANDS_AFTER_S = 1.1 + 0.1  # its request, its planner or its link ended
-# Twice the longest age of a map ("the world of too long ago"), and until it stands.
-MAX_DATA_AGE_S = 2 * 1.5 + STANDS_AFTER_S
+# Of the newest frame that a command rests on, when it passes the router: as old as a plan's may be,
+# and the odometry by which the planner tells that; a clock that was set back by less is not seen.
+MAX_FRAME_AGE_S = (
+    StalenessParams.map_lag_factor * StalenessParams.max_map_age_s
+    + StalenessParams.max_view_lag_s
+    + MAX_COMMAND_AGE_S
+    + SET_BACK_S
+)
+SHOWS_S = 2.5  # after which HTTP shows what the services have, if nothing lies between them
 ZONE_SLACK_M = 0.03
 MAX_REST_S = 100.0  # from the last incident to the end of every search: object limits, patience
 WRITTEN_S = 1.0  # a find that a user has seen for so long is on disk
@@ -76,11 +86,35 @@ class Zone:
 
 
 @dataclass(slots=True)
+class RobotClock:
+    """When the robot's computer had a time, as far as it is known: its clock may be set."""
+
+    _set: list[tuple[float, int]] = field(default_factory=list)  # since when, by how much
+
+    def see(self, now_s: float, skew_ns: int) -> None:
+        """How far it is off now."""
+        if not self._set or self._set[-1][1] != skew_ns:
+            self._set.append((now_s, skew_ns))
+
+    def when(self, stamp_ns: int) -> float | None:
+        """The newest moment of this stamp; None if it never was."""
+        until_s = float("inf")
+        for since_s, skew_ns in reversed(self._set):
+            at_s = (stamp_ns - EPOCH_NS - skew_ns) * 1e-9
+            if since_s - PERIOD_S <= at_s <= until_s:
+                return at_s
+            until_s = since_s
+        return None
+
+
+@dataclass(slots=True)
 class Rules:
     """Looks at the robot every ``PERIOD_S``; ``broken``: the first violation of each rule."""
 
     system: VirtualSystem
+    plan: FaultPlan
     radius_m: float
+    shown: ShownObstacles
     broken: list[Violation] = field(default_factory=list)
     zones: list[Zone] = field(default_factory=list)
     forgotten: int = 0  # times that zones were
@@ -93,8 +127,9 @@ class Rules:
     metres: float = 0.0  # driven
     _driver_of: dict[str, Process] = field(default_factory=dict)  # of searches
     _live_s: float = float("-inf")  # when a request was last alive
-    _captured_s: dict[int, float] = field(default_factory=dict)  # of frames, by their stamp
-    _fused_s: float = float("-inf")  # capture of the newest frame in the announced map
+    _clock: RobotClock = field(default_factory=RobotClock)
+    _contacts: int = 0  # so far, of this robot
+    _differs_s: float = float("inf")  # since when HTTP shows another search
 
     def begin(self) -> None:
         """Look from now on."""
@@ -191,28 +226,40 @@ class Rules:
         return mapper._session.map_id if isinstance(mapper, Mapper) else ""
 
     def _see(self, key: str, packet: Packet) -> None:
+        """Judge a command by the frame that it rests on, if the robot can obey it."""
+        if key != keys.ROBOT_CMD_VEL.key:
+            return
         now_s = self.system.world.now_s
         try:
-            frame = decode(RgbdFrame, packet) if key == keys.ROBOT_RGBD.key else None
-            revision = decode(MapRevision, packet) if key == keys.MAP_REVISION.key else None
+            command = decode(VelocityCommand, packet)
         except WireError:  # damaged
             return
-        if frame is not None:
-            self._captured_s.setdefault(frame.stamp_ns, now_s)
-        if revision is not None:
-            stamp_ns = revision.stamp_ns
-            self._fused_s = max(self._captured_s.get(stamp_ns, float("-inf")), self._fused_s)
+        made_s = self._clock.when(command.odometry_stamp_ns)
+        if command.velocity.speed_mps <= MOVES_MPS or made_s is None:
+            return
+        if now_s - made_s > MAX_COMMAND_AGE_S:
+            return
+        shown_s = self._clock.when(command.frame_ns)
+        if command.frame_ns == 0:
+            self.tell("age", "a command that moves the robot rests on no frame")
+        elif shown_s is not None and now_s - shown_s > MAX_FRAME_AGE_S:
+            speed_mps, age_s = command.velocity.speed_mps, now_s - shown_s
+            self.tell("age", f"{speed_mps:.2f} m/s are commanded on a frame of {age_s:.2f} s ago")
 
     def _look(self) -> None:
         self.system.world.at(PERIOD_S, self._look)
         now_s = self.system.world.now_s
         self._judge_queues()
+        self._judge_shown_search(now_s)
+        self._clock.see(now_s, self.system.services["simulator"].process.skew_ns)
+        self._look_at_map(now_s)
         if self._request_lives():
             self._live_s = now_s
         simulator = self.system.services["simulator"]
         if not simulator.process.alive or not isinstance(simulator.worker, SimulatorWorker):
             for zone in self.zones:  # another robot stands where that begins
                 zone.holds = False
+            self._contacts = 0
             return
         state: Any = simulator.worker._simulation.state
         velocity = state.velocity
@@ -221,6 +268,13 @@ class Rules:
         if not simulator.process.stalled:
             self._judge(now_s, speed_mps, abs(velocity.angular_radps))
         x_m, y_m = state.pose[:2, 3].tolist()
+        contacts = simulator.worker._simulation.counts.collisions
+        if contacts > self._contacts and not self.poses_lie:
+            touched = self.shown.shown_at(x_m, y_m, now_s)
+            if touched is not None:
+                where = f"{touched[0]:.2f}, {touched[1]:.2f}"
+                self.tell("contact", f"it touches what its map has shown at {where}")
+        self._contacts = contacts
         for zone in self.zones:
             distance_m = zone.distance_m(x_m, y_m)
             if zone.holds and not self.poses_lie and distance_m < self.radius_m - ZONE_SLACK_M:
@@ -230,11 +284,36 @@ class Rules:
 
     def _judge(self, now_s: float, speed_mps: float, turn_radps: float) -> None:
         moves = speed_mps > MOVES_MPS or turn_radps > TURNS_RADPS
-        alone_s, age_s = now_s - self._live_s, now_s - self._fused_s
+        alone_s = now_s - self._live_s
         if moves and alone_s > STANDS_AFTER_S:
             self.tell("request", f"it moves {alone_s:.2f} s after the last living request")
-        if speed_mps > MOVES_MPS and age_s > MAX_DATA_AGE_S:
-            self.tell("age", f"it drives at {speed_mps:.2f} m/s on a map of {age_s:.2f} s ago")
+
+    def _look_at_map(self, now_s: float) -> None:
+        mapper = self.system.services["mapper"]
+        if mapper.process.alive and isinstance(mapper.worker, Mapper):
+            self.shown.look(mapper.worker._session.belief, now_s)
+        else:
+            self.shown.forget()
+
+    def _judge_shown_search(self, now_s: float) -> None:
+        """HTTP shows the planner's search, where nothing has lain between them lately."""
+        gateway, planner = self.system.services["gateway"], self.system.services["planner"]
+        differs = False
+        if (
+            isinstance(gateway.worker, VirtualGateway)
+            and isinstance(planner.worker, Planner)
+            and (state := planner.worker._registry.state) is not None
+        ):
+            shown = gateway.worker.cache.state.search
+            has = state.search.search_id, state.search.active
+            differs = shown is None or (shown.message.search_id, shown.message.active) != has
+        on_its_way = "gateway", "planner", keys.SEARCH_STATE.key
+        if not differs or self.plan.disturbs(on_its_way, now_s, now_s):
+            self._differs_s = float("inf")
+            return
+        self._differs_s = min(self._differs_s, now_s)
+        if now_s - self._differs_s > SHOWS_S:
+            self.tell("http", f"for {SHOWS_S:g} s it does not show how the search stands")
 
     def _judge_queues(self) -> None:
         for service in self.system.services.values():

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import product
 from pathlib import Path
 
+from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
+from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.label_renderer import LabelRenderer
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.faults.changes import CHANGES
+from onemap_tools.bench.faults.contacts import ShownObstacles
 from onemap_tools.bench.faults.plan import ACTS, APARTMENTS, DISKS, SERVICES, FaultPlan, Incident
 from onemap_tools.bench.faults.rules import MAX_REST_S, Refused, Rules, Violation
 from onemap_tools.bench.faults.user import SEARCHES_UNTIL_S, User
@@ -18,7 +22,7 @@ from onemap_tools.bench.navigation.episode import EpisodeSetup, perception, syst
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
-from onemap_tools.virtual.network import VirtualBus
+from onemap_tools.virtual.network import SENDS_BYTES, VirtualBus
 from onemap_tools.virtual.scheduler import NoProgress, VirtualWorld
 from onemap_tools.virtual.system import Equipment, VirtualService, VirtualSystem, simulated
 
@@ -58,7 +62,7 @@ def run_plan(plan: FaultPlan) -> RunResult:
     seen = perception(scene, setup, config)
     robot = simulated(scene, config.simulator, renderer)
     equipment = Equipment(config, robot, seen, Path(), disks)
-    run = _Run(VirtualSystem(world, equipment), plan, scene, config.simulator.robot.radius_m)
+    run = _Run(VirtualSystem(world, equipment), plan, scene, config.simulator)
     try:
         world.run(run.end_s + MAX_REST_S, stop=run.over)
     except NoProgress as problem:
@@ -73,11 +77,13 @@ class _Run:
     """The incidents of a plan, and a user."""
 
     def __init__(
-        self, system: VirtualSystem, plan: FaultPlan, scene: Scene, radius_m: float
+        self, system: VirtualSystem, plan: FaultPlan, scene: Scene, config: SimulatorConfig
     ) -> None:
         self.system, self.world, self._plan = system, system.world, plan
         self._disks = system.equipment.disks
-        self.rules = Rules(system, radius_m)
+        radius_m = config.robot.radius_m
+        obstacles = CollisionMap.of(scene, config.robot.height_m)
+        self.rules = Rules(system, plan, radius_m, ShownObstacles(obstacles, radius_m))
         names = sorted({thing.category for thing in scene.objects})
         self.user = User(system, self.rules, names, plan)
         ends = (each.at_s + each.lasts_s for each in plan.incidents)
@@ -150,10 +156,11 @@ class _Run:
         elif kind == "kill":
             self._kill(name)
             later(partial(self._restart, name))
-        elif kind == "stall":
-            process = system.services[name].process
-            system.router.stall(process, stalled=True)
-            later(partial(system.router.stall, process, stalled=False))
+        elif kind in ("stall", "suspend"):
+            for each in SERVICES if name == "all" else (name,):
+                process, suspended = system.services[each].process, kind == "suspend"
+                system.router.stall(process, stalled=True)
+                later(partial(system.router.stall, process, stalled=False, suspended=suspended))
         elif kind == "power" or kind.startswith("disk"):
             self._change_disk(incident)
         else:
@@ -189,14 +196,15 @@ class _Run:
             self.world.at(incident.lasts_s, partial(router.cut, process, cut=False))
             return
         names = {"late": "delay_s", "slow": "bytes_per_s", "lossy": "loss"}
-        name = names[incident.kind]
+        # What waits: as long as Zenoh does before it drops, or what the kernel and it hold.
+        waits = {"slow": incident.amount * 0.4, "lossy": SENDS_BYTES}
+        changed = {names[incident.kind]: incident.amount}
+        if incident.kind in waits:
+            changed["queue_bytes"] = waits[incident.kind]
         for bus in router.sessions_of(process):
-            for link in (bus.up, bus.down):
-                before = getattr(link, name)
-                setattr(link, name, incident.amount)
-                if incident.kind == "slow":
-                    link.queue_bytes = incident.amount * 0.4  # as Zenoh waits before it drops
-                self.world.at(incident.lasts_s, partial(setattr, link, name, before))
+            for link, (name, value) in product((bus.up, bus.down), changed.items()):
+                self.world.at(incident.lasts_s, partial(setattr, link, name, getattr(link, name)))
+                setattr(link, name, value)
 
     def _kill(self, name: str) -> None:
         self._left[name] += 1

@@ -19,7 +19,8 @@ ZONE_M, AHEAD_M = 0.8, 1.2  # side of a zone, and from the robot to its middle
 SAVED = "kept"
 ASKS_EVERY_S = 0.5
 READERS = 8  # more than one service is asked at a time
-SEARCHES_UNTIL_S = 24.0  # a user asks again until then
+READS_S = 0.1  # before a stop is asked for
+SEARCHES_UNTIL_S = 16.0  # a user asks again until then
 
 
 class User:
@@ -30,7 +31,7 @@ class User:
     ) -> None:
         self._system, self._rules, self._names = system, rules, names
         self._rng = random.Random(f"user {plan.seed}")
-        self._undisturbed = plan.stops_arrive
+        self._plan = plan
         self._search_id = ""
         self.searches, self.active_s = 0, 0.0  # active_s: when a search was last active
         self._zones = 0
@@ -99,12 +100,14 @@ class User:
     def _cancel(self, clock: Clock) -> None:
         for _ in range(READERS):
             self._system.spawn_user(partial(self.act, "read"))
-        asked_s = clock.monotonic_s()
+        clock.sleep(READS_S)
+        asked_s = self._system.world.now_s
         try:
             search = self.ask(clock, "DELETE", "/v1/searches/current")
         finally:
-            took_s = clock.monotonic_s() - asked_s
-            if took_s > STOPPED_S and self._undisturbed:
+            now_s = self._system.world.now_s
+            took_s, passes = now_s - asked_s, ("gateway", "planner")
+            if took_s > STOPPED_S and not self._plan.disturbs(passes, asked_s, now_s):
                 self._rules.tell("stop", f"it took {took_s:.1f} s until a stop was answered")
         self._rules.cancelled.add(str(search["id"]))
 
