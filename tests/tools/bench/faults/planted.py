@@ -144,6 +144,8 @@ def a_thread_fails(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(PlanningThread, "_new_detections", detections)
 
 
+SLOW = {"stall", "suspend", "cut", "late", "slow", "lossy", "disk slow"}
+LOST = {"stall", "suspend", "cut", "router", "silent", "disordered", "frozen", "slow", "lossy"}
 RESTARTS, ZONES = {"kill", "restart", "power", "disk torn"}, {"zone"}
 DEFECTS = tuple(
     Defect(plant.__name__.replace("_", " "), rule, plant, tuple(map(frozenset, needs)))
@@ -152,14 +154,14 @@ DEFECTS = tuple(
         ("request", endless_command),
         ("request", any_driver),
         ("cancelled", cancelled_later, {"cancel", "drive"}),
-        ("stop", stops_wait_for_readers, {"cancel", "drive"}),
+        ("stop", stops_wait_for_readers, {"cancel", "drive"}, SLOW),
         ("zone", zones_are_not_followed, ZONES),
         ("kept", nothing_is_written, ZONES, RESTARTS),
         ("kept", unreadable_is_empty, ZONES, {"disk torn"}),
         ("kept", nothing_is_synced, {"power"}),
         ("kept", maps_in_place, {"save"}, RESTARTS),
         ("kept", one_frame_changes_the_world, ZONES, {"garbled"}),
-        ("http", said_once),
+        ("http", said_once, LOST),
         ("exit", a_step_fails),
         ("crash", a_thread_fails),
     )

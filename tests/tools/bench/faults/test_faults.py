@@ -16,7 +16,7 @@ TODAY = date.today().toordinal()
 
 
 def plan_of(*incidents: Incident) -> FaultPlan:
-    return FaultPlan(1, APARTMENT, incidents)
+    return FaultPlan(1, APARTMENT, incidents, 12.0)
 
 
 def test_a_plan_is_of_its_seed() -> None:
@@ -57,8 +57,6 @@ PLANS: list[tuple[str, tuple[Incident, ...]]] = [
 def test_a_planted_defect_breaks_its_rule(
     name: str, incidents: tuple[Incident, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("onemap_tools.bench.faults.user.SEARCHES_UNTIL_S", 12.0)
-    monkeypatch.setattr(run, "SEARCHES_UNTIL_S", 12.0)
     monkeypatch.setattr(run, "OBJECT_LIMIT_S", 10.0)
     monkeypatch.setattr(run, "MAX_REST_S", 20.0)
     defect = next(each for each in DEFECTS if each.name == name)

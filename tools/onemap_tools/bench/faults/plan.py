@@ -46,8 +46,9 @@ STREAMS = (  # whose messages are doubled, held back, disordered or frozen
 CHECKED = (ROBOT_RGBD.key, FIELD.key, DETECTIONS.key)  # and damaged: no wrong velocity can be seen
 BEGIN_S, LAST_S = 3.0, 12.0  # between which something happens
 LONGEST_S = 8.0
+ASKS_UNTIL_S = (6.0, 16.0)  # a user searches again and again until some time of these
 RECOVERS_S = 6.0  # after an incident, in which what it touched may still be late
-AMID = 0.5  # how probably a user acts while another incident lasts
+AMID = 0.7  # how probably a user acts while another incident lasts
 LEAST, MOST = 2, 5  # incidents of a run
 APARTMENTS = 6  # making one takes as long as 5 s of a search
 FILES = ("places.bin", "objects.bin", "world.txt", "*.npz")  # that are torn, all of the name
@@ -73,11 +74,12 @@ class Incident:
 
 @dataclass(frozen=True, slots=True)
 class FaultPlan:
-    """A run, whole: the order of threads, the apartment, and what happens."""
+    """A run, whole: the order of threads, the apartment, what happens; until when a user asks."""
 
     seed: int
     apartment: int
     incidents: tuple[Incident, ...]
+    asks_until_s: float = ASKS_UNTIL_S[1]
 
     def disturbs(self, targets: tuple[str, ...], from_s: float, until_s: float) -> bool:
         """Whether what passes these services and streams, and the router, may be late then."""
@@ -111,7 +113,8 @@ def drawn(seed: int) -> FaultPlan:
             at_s = round(other.at_s + rng.random() * other.lasts_s, 1)
             happens[index] = replace(each, at_s=at_s)
     incidents = sorted(happens, key=lambda each: each.at_s)
-    return FaultPlan(seed, 1 + rng.randrange(APARTMENTS), tuple(incidents))
+    asks_until_s = round(rng.uniform(*ASKS_UNTIL_S), 1)
+    return FaultPlan(seed, 1 + rng.randrange(APARTMENTS), tuple(incidents), asks_until_s)
 
 
 def _drawn(kind: Kind, rng: random.Random) -> Incident:

@@ -36,7 +36,7 @@ from onemap_tools.virtual.system import VirtualSystem
 
 PERIOD_S = 0.05
 MOVES_MPS, TURNS_RADPS = 0.02, 0.05
-STOPPED_S = 1.0  # from a stop to its acknowledgement, unless its way is disturbed
+STOPPED_S = 0.5  # from a stop to its acknowledgement, unless its way is disturbed
 STANDS_AFTER_S = 1.1 + 0.1  # its request, its planner or its link ended
 # Of the newest frame that a command rests on, when it passes the router: as old as a plan's may be,
 # and the odometry by which the planner tells that; a clock that was set back by less is not seen.

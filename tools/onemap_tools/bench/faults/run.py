@@ -17,7 +17,7 @@ from onemap_tools.bench.faults.changes import CHANGES
 from onemap_tools.bench.faults.contacts import ShownObstacles
 from onemap_tools.bench.faults.plan import ACTS, APARTMENTS, DISKS, SERVICES, FaultPlan, Incident
 from onemap_tools.bench.faults.rules import MAX_REST_S, Refused, Rules, Violation
-from onemap_tools.bench.faults.user import SEARCHES_UNTIL_S, User
+from onemap_tools.bench.faults.user import User
 from onemap_tools.bench.navigation.episode import EpisodeSetup, perception, system_config
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.virtual.config import SystemConfig
@@ -87,7 +87,7 @@ class _Run:
         names = sorted({thing.category for thing in scene.objects})
         self.user = User(system, self.rules, names, plan)
         ends = (each.at_s + each.lasts_s for each in plan.incidents)
-        self.end_s = max((*ends, SEARCHES_UNTIL_S))
+        self.end_s = max((*ends, plan.asks_until_s))
         self._left = dict.fromkeys(SERVICES, 0)  # incidents that keep it from being started
         self._began_s = 0.0  # the process that was started last
         self._done = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from contextlib import suppress
 from functools import partial
 from math import cos, sin
 from typing import Any
@@ -18,13 +19,13 @@ from onemap_tools.virtual.system import VirtualSystem
 ZONE_M, AHEAD_M = 0.8, 1.2  # side of a zone, and from the robot to its middle
 SAVED = "kept"
 ASKS_EVERY_S = 0.5
-READERS = 8  # more than one service is asked at a time
+# Of the map, its files and, with a text, of perception: more than one is asked at a time.
+READS = (("GET", "/v1/objects"), ("GET", "/v1/maps"), ("POST", "/v1/queries")) * 3
 READS_S = 0.1  # before a stop is asked for
-SEARCHES_UNTIL_S = 16.0  # a user asks again until then
 
 
 class User:
-    """Searches until ``SEARCHES_UNTIL_S``; its acts are called by the names in ``plan.ACTS``."""
+    """Searches as long as the plan says; its acts are called by the names in ``plan.ACTS``."""
 
     def __init__(
         self, system: VirtualSystem, rules: Rules, names: list[str], plan: FaultPlan
@@ -61,7 +62,7 @@ class User:
             try:
                 if self._search_id and self._still_active(bus):
                     self.active_s = world.now_s
-                elif world.now_s < SEARCHES_UNTIL_S:
+                elif world.now_s < self._plan.asks_until_s:
                     self._begin(bus, {"objects": [self._rng.choice(self._names)]})
                 else:
                     return
@@ -92,14 +93,12 @@ class User:
 
     def act(self, name: str, bus: VirtualBus) -> None:
         """Do it; a refusal is taken."""
-        try:
+        with suppress(Refused):
             getattr(self, f"_{name}")(bus.clock)
-        except Refused:
-            return
 
     def _cancel(self, clock: Clock) -> None:
-        for _ in range(READERS):
-            self._system.spawn_user(partial(self.act, "read"))
+        for method, path in READS:
+            self._system.spawn_user(partial(self._read, method, path))
         clock.sleep(READS_S)
         asked_s = self._system.world.now_s
         try:
@@ -132,8 +131,10 @@ class User:
         self._rules.forget_zones()
         self.ask(clock, "POST", "/v1/map/clear")
 
-    def _read(self, clock: Clock) -> None:
-        self.ask(clock, "GET", "/v1/objects")
+    def _read(self, method: str, path: str, bus: VirtualBus) -> None:
+        body = {"text": self._rng.choice(self._names)} if method == "POST" else None
+        with suppress(Refused):
+            self.ask(bus.clock, method, path, body)
 
     def _ask(self, clock: Clock) -> None:
         self.ask(clock, "POST", "/v1/queries", {"text": self._rng.choice(self._names)})
