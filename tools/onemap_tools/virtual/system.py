@@ -43,7 +43,8 @@ from onemap_tools.virtual.asgi import VirtualGateway
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.latency import NO_LATENCIES, Delays, LateMethod, Latencies
-from onemap_tools.virtual.network import RETRY_S, Link, VirtualBus, VirtualRouter
+from onemap_tools.virtual.link import Link
+from onemap_tools.virtual.network import RETRY_S, VirtualBus, VirtualRouter
 from onemap_tools.virtual.primitives import VirtualClock
 from onemap_tools.virtual.scheduler import Process, VirtualWorld
 

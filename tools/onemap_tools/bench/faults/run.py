@@ -22,7 +22,8 @@ from onemap_tools.bench.navigation.episode import EpisodeSetup, perception, syst
 from onemap_tools.bench.options import NavigationBench
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
-from onemap_tools.virtual.network import SENDS_BYTES, VirtualBus
+from onemap_tools.virtual.link import SENDS_BYTES
+from onemap_tools.virtual.network import VirtualBus
 from onemap_tools.virtual.scheduler import NoProgress, VirtualWorld
 from onemap_tools.virtual.system import Equipment, VirtualService, VirtualSystem, simulated
 

@@ -74,7 +74,7 @@ from onemap_tools.bench.options import NavigationBench
 from onemap_tools.demo.summary import ObjectSummary, evaluate_result
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.latency import NO_LATENCIES, Latencies
-from onemap_tools.virtual.network import Link
+from onemap_tools.virtual.link import Link
 from onemap_tools.virtual.system import Equipment, simulated
 
 RGBD_HZ = 4.0  # what the services reach on two cores
