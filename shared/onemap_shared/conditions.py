@@ -254,15 +254,24 @@ def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:
 
 
 def _colour(candidate: Candidate, colour: str, around: Surroundings) -> CheckedCondition:
-    """By its picture; where that does not tell, by the mean colours of its cells."""
+    """By its picture. Where that does not tell, the mean colours of its cells, which mix with what
+    is around it, tell what is not of the colour, but never that it is."""
     holds, why = candidate.colour
-    if holds is Holds.NOT_CHECKED and around.likeness is not None:
-        alike = around.likeness[tuple(candidate.thing.cells.T)]
-        likely = float(np.median(np.nan_to_num(alike, nan=UNLIKE)))
-        if not UNLIKE <= likely < LIKELY:
-            holds = Holds.YES if likely >= LIKELY else Holds.NO
-    evidence = {Holds.YES: colour, Holds.NO: f"not {colour}"}.get(holds)
-    return CheckedCondition(colour, holds, evidence or f"perhaps not {colour}: {why}")
+    alike = likeness_of(candidate.thing.cells, around)
+    if holds is Holds.NOT_CHECKED and alike < UNLIKE:
+        holds = Holds.NO
+    if holds is Holds.NOT_CHECKED:
+        likely = f"probably {colour} by the map's colours" if alike >= LIKELY else ""
+        return CheckedCondition(colour, holds, f"{likely or f'perhaps not {colour}'}: {why}")
+    return CheckedCondition(colour, holds, colour if holds is Holds.YES else f"not {colour}")
+
+
+def likeness_of(cells: I64, around: Surroundings | None) -> float:
+    """Of the colour that is asked for to that of most of the cells (K, 2); ``UNLIKE`` where none
+    is, or the map does not tell."""
+    if around is None or around.likeness is None:
+        return UNLIKE
+    return float(np.median(np.nan_to_num(around.likeness[tuple(cells.T)], nan=UNLIKE)))
 
 
 def _excluded(

@@ -88,10 +88,13 @@ def test_patches_without_a_colour_take_none_from_their_cells() -> None:
 
 
 @pytest.mark.parametrize("stands", ["red", "blue"])
-def test_a_coloured_thing_is_found_only_where_its_colour_is(stands: str) -> None:
+def test_the_colours_of_the_map_make_a_thing_probable(stands: str) -> None:
     belief = scenes.mapped(seen(0, RED if stands == "red" else BLUE))
     other = "blue" if stands == "red" else "red"
-    assert answer(belief, stands).verdict.verdict is m.Verdict.FOUND
+    told = answer(belief, stands)
+    assert told.verdict.verdict is m.Verdict.NOT_LOOKED_YET
+    evidence = f"probably {stands} by the map's colours: its picture was not looked at"
+    assert [each.evidence for each in told.whereabouts[0].conditions] == [evidence]
     told = answer(belief, other)  # the one that is there, and why it is not the one
     assert told.verdict.verdict is not m.Verdict.FOUND
     (condition,) = told.whereabouts[0].conditions
@@ -106,10 +109,11 @@ def test_one_answer_is_the_one_that_fits() -> None:
     lab[:, 5:] = RED * np.array([0.2, 0.8, 0.8], np.float32)  # so dark that it is hardly red
     field = replace(field, features=features.astype(np.float16), colours=packed(lab))
     scored = MapScores(scenes.mapped(field)).of([QUERY])
-    for most, held in ((2, [m.Holds.YES, m.Holds.NOT_CHECKED]), (1, [m.Holds.YES])):
+    for most, said in ((2, ["probably red", "perhaps not red"]), (1, ["probably red"])):
         request = m.SimilarityRequest("sofa", detail=m.Detail(colour="red"), max_regions=most)
         reply = similarity_reply(scored, request=request)
-        assert [each.holds for each in reply.whereabouts] == held
+        evidence = [each.conditions[0].evidence for each in reply.whereabouts]
+        assert all(map(str.startswith, evidence, said))
         assert len(reply.scores) == len(reply.centres_m) == most
 
 

@@ -250,10 +250,18 @@ def test_in_the_dark_the_map_tells_no_colour_either() -> None:
 
 
 @pytest.mark.parametrize(
-    ("likeness", "expected"), [(0.8, YES), (0.05, NO), (0.3, NOT_CHECKED), (np.nan, NOT_CHECKED)]
+    ("likeness", "holds", "said"),
+    [
+        (0.8, NOT_CHECKED, "probably red by the map's colours: there is no picture of it"),
+        (0.3, NOT_CHECKED, "perhaps not red: there is no picture of it"),
+        (np.nan, NOT_CHECKED, "perhaps not red: there is no picture of it"),
+        (0.05, NO, "not red"),
+    ],
 )
-def test_without_a_picture_the_colours_of_the_map_tell(likeness: float, expected: m.Holds) -> None:
+def test_the_colours_of_the_map_exclude_and_never_confirm(
+    likeness: float, holds: m.Holds, said: str
+) -> None:
     here, thing = seen_in_room(m.Detail(colour="red")), candidate(1.0, 2.0)
     likenesses = np.full(here.map_view.grid.shape, likeness, np.float32)
     here = replace(here, map_view=replace(here.map_view, likeness=likenesses))
-    assert checked(thing, here)[0] is expected
+    assert checked(thing, here) == (holds, (), (said,))

@@ -25,7 +25,7 @@ from onemap_mapper.query.similarity import CellScores, TextQuery, against, guidi
 from onemap_mapper.query.verdicts import FloorCoverage, frontier_worths, judge
 from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, whereabouts
 from onemap_shared.colours import likeness
-from onemap_shared.conditions import Surroundings, things_of
+from onemap_shared.conditions import LIKELY, Surroundings, likeness_of, things_of
 from onemap_shared.geometry import F32, U8, Bool
 from onemap_shared.grid import area_mask
 from onemap_shared.joint_belief import by_rank, joint_belief, place_masks, place_weights
@@ -88,23 +88,28 @@ def similarity_reply(
 
     scored: a map that is not empty, with the scores of the text, then those of its negatives, of
     the anchors of its detail, and of the landmarks. Regions that are as described come first, of
-    ``CHECKED`` or more. The verdict is left to ``judged``.
+    ``CHECKED`` or more, then those of the colour. The verdict is left to ``judged``.
     """
     version, asked = scored.version, _Asked.of(scored.texts, request, landmarks)
     described = request.detail != NO_DETAIL or bool(request.negatives)
     most = max(request.max_regions, CHECKED) if described else request.max_regions
     sought = replace(request, max_regions=most)
     regions, best_score, grid_scores = _candidates(scored, asked, sought, known.places)
+    around = _surroundings(version, asked, request.detail, known) if described else None
     where = whereabouts(
         version,
         request,
         regions.cells,
-        _surroundings(version, asked, request.detail, known) if described else None,
+        around,
         known=known,
         landmarks={name: version.to_grid(text.scores) for name, text in asked.landmarks.items()},
     )
-    order = sorted(range(len(where)), key=lambda index: PREFERRED.index(where[index].holds))
-    order = order[: request.max_regions]
+
+    def rank(index: int) -> tuple[int, bool]:
+        coloured = likeness_of(regions.cells[index], around) >= LIKELY
+        return PREFERRED.index(where[index].holds), not coloured
+
+    order = sorted(range(len(where)), key=rank)[: request.max_regions]
     regions = regions.taken(order)
     outlines = [outline(cells, version.grid) for cells in regions.cells]
     rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]

@@ -43,7 +43,7 @@ LANDMARKS = (
 )
 LEAST_CELLS = 4  # of what the map likely shows: fewer are noise
 SAME_OBJECT_M = 1.0  # from the middle of a region to that of a find: half of what a bed moves
-NO_PICTURE = (Holds.NOT_CHECKED, "the map does not show it clearly")  # of the colour
+NO_PICTURE = (Holds.NOT_CHECKED, "its picture was not looked at")  # of the colour
 
 
 @dataclass(frozen=True, slots=True)
