@@ -14,9 +14,7 @@ from onemap_gateway.config import Role
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.middleware import (
     DepartureMiddleware,
-    MethodMiddleware,
     ResponseMiddleware,
-    allowed_methods,
 )
 from onemap_gateway.http.problems import (
     PROBLEM_TYPES,
@@ -40,8 +38,6 @@ poses (z up, the floor at 0); positions are rounded to millimetres. Times are RF
 `WS /v1/live` sends the whole state, a JSON object, about five times a second: `ready`, `problem`,
 `robot`, `map`, `camera`, `search`, `path`, `trail_m`, `services` and `latencies`. The sequence
 numbers in it tell a client when to fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
-
-Every GET has a HEAD, and OPTIONS names in `Allow` what an address takes.
 
 If the gateway has a token, every request but those for the page, this documentation, `/healthz`
 and `/readyz` needs `Authorization: Bearer <token>`.
@@ -93,7 +89,6 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(HTTPException, _on_http)
     app.add_middleware(DepartureMiddleware)
-    app.add_middleware(MethodMiddleware)
     app.add_middleware(SecurityMiddleware, config=gateway.config)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)
     return app
@@ -173,6 +168,4 @@ async def _on_http(request: Request, error: Exception) -> Response:
         problem = HttpProblem("http", str(error.detail), status=error.status_code)
     response = problem_response(problem)
     response.headers.update(error.headers or {})
-    if error.status_code == 405:
-        response.headers["Allow"] = ", ".join(allowed_methods(request.scope))
     return response
