@@ -156,6 +156,16 @@ def horizontal_m(box: AnnotatedBox, place: Point) -> float:
     return float((gaps[0] ** 2 + gaps[1] ** 2) ** 0.5)
 
 
+def truths_of(
+    episode: HabitatEpisode, goals: GoalsOfScene, boxes: tuple[AnnotatedBox, ...]
+) -> list[CategoryTruth]:
+    """Of each object of an episode, in the scene with these boxes."""
+    return [
+        CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes)
+        for name in episode.objects
+    ]
+
+
 def run_episode(
     episode: HabitatEpisode,
     goals: GoalsOfScene,
@@ -168,12 +178,9 @@ def run_episode(
     """Open the scene, search for the objects, judge every result; ``wall_s`` stays 0."""
     world.open(options.scenes / episode.scene, options.scenes / episode.annotations)
     world.place(episode.start, episode.rotation)
-    boxes, floor_y_m = world.boxes(), world.pose[0][1]
+    floor_y_m = world.pose[0][1]
     words = tuple(WORDS.get(name, name.replace("_", " ")) for name in episode.objects)
-    truths = [
-        CategoryTruth.of(name, goals_of(goals, episode.scene, name), boxes)
-        for name in episode.objects
-    ]
+    truths = truths_of(episode, goals, world.boxes())
     counts = FrameCounts()
     heights_m: list[list[float]] = [[] for _ in words]  # of the body, in the frames of each object
 
