@@ -16,11 +16,15 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage.map_file import write
 from onemap_mapper.storage.snapshot import sha256_of, take
 from onemap_shared import wire
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
 from tests.gateway.fakes import client_on
 from tests.mapper import scenes
 from tests.memory_bus import MemoryRouter
@@ -73,12 +77,27 @@ def http_interface() -> str:
         return of(json.dumps(client.get("/openapi.json").json(), sort_keys=True).encode())
 
 
+def apartments() -> str:
+    """All that 20 seeds generate, in both styles."""
+    digest = hashlib.sha256()
+    for seed in range(1, 21):
+        scene = generate_apartment(seed, list(STYLES.values())[seed % 2])
+        shape = (scene.vertices, scene.faces, scene.face_object, scene.face_texture)
+        arrays: tuple[np.ndarray, ...] = (*shape, scene.face_uv, *scene.textures)
+        for each in arrays:
+            digest.update(each.tobytes())
+        rest = (scene.objects, scene.lights, scene.ambient, scene.rooms, scene.start)
+        digest.update(repr(rest).encode())
+    return digest.hexdigest()[:16]
+
+
 RUNS: dict[str, Callable[[], str]] = {
     "wire": wire_bytes,
     "map_compiled": lambda: sha256_of(take(belief(compiled=True)))[:16],
     "map_torch": lambda: sha256_of(take(belief(compiled=False)))[:16],
     "map_file": map_file,
     "http_interface": http_interface,
+    "apartments": apartments,
     "navigation": lambda: navigation("--seed", "11", "--apartments", "odd"),
     "navigation_depth_errors": lambda: navigation("--seed", "20", "--errors", "depth"),
 }
