@@ -38,6 +38,10 @@ def service(name: str, **changes: Any) -> ServiceHealth:
     return ServiceHealth(name=name, **fields)
 
 
+def revision(frames: int, cells: int) -> m.MapRevision:
+    return m.MapRevision(frames, frames, 1, "mini-1", "minilm", frames, cells, 10, 20.0, 5.0)
+
+
 HEALTHY = Observations(
     services=tuple(map(service, ("robot", "perception", "mapper", "planner", "gateway"))),
     streams=(
@@ -47,6 +51,7 @@ HEALTHY = Observations(
         ObservedStream("revision", "mapper", Counters(25)),
     ),
     clocks_s={"robot": -0.02, "mapper": -0.01},
+    revision=revision(115, 4100),
 )
 
 
@@ -76,6 +81,7 @@ ERRORS = (
         with_stream(received=0, refused=4, last_problem="depth has dtype float32"),
         "4 messages on rgbd could not be read, the last because: depth has dtype float32",
     ),
+    (changed(revision=revision(20, 0)), "20 frames were fused and the map is still empty"),
 )
 OTHERS = (
     (
@@ -100,6 +106,7 @@ def test_a_fault_is_one_finding(observed: Observations, severity: Severity, word
 
 def test_what_is_no_fault_is_no_finding() -> None:
     assert diagnose(HEALTHY) == []
+    assert diagnose(changed(revision=revision(1, 0))) == []
 
 
 def test_errors_come_first() -> None:
@@ -122,6 +129,7 @@ def test_what_arrives_and_whose_clock_it_is_of_is_observed() -> None:
             mapper.publish(keys.heartbeat("mapper")).put(beat)
         stamp_ns = time.time_ns() - 5 * 10**9
         robot.publish(keys.ROBOT_ODOMETRY).put(m.Odometry(1, stamp_ns, pose_2d(0, 0, 0), 0.0, 0.0))
+        mapper.publish(keys.MAP_REVISION).put(revision(9, 140))
         router.inject(keys.ROBOT_RGBD.key, Packet(b"nonsense", b""))
 
     sender = threading.Timer(0.1, send)
@@ -131,6 +139,7 @@ def test_what_arrives_and_whose_clock_it_is_of_is_observed() -> None:
     streams = {stream.name: stream for stream in observed.streams}
     assert streams[keys.ROBOT_RGBD.key].counters.refused == 1
     assert streams[keys.ROBOT_ODOMETRY.key].counters.received == 1
+    assert observed.revision is not None
     assert observed.clocks_s["mapper"] == pytest.approx(-0.01, abs=0.3)  # of the younger one
     assert observed.clocks_s["robot"] == pytest.approx(-5.0, abs=0.5)
 

@@ -17,6 +17,7 @@ from onemap import Client, OneMapError
 from onemap.replies import ServiceHealth
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
+from onemap_shared.messages import MapRevision
 from onemap_shared.services import DRIVER
 from onemap_shared.tls_files import IN_ENDPOINT
 from onemap_shared.transport import Bus, Counters
@@ -29,6 +30,7 @@ LISTEN_S = 3.5  # three heartbeats of every service
 POLL_S = 0.02
 QUEUE = 64  # messages held between two polls
 CLOCK_TOLERANCE_S = 0.3  # above the latency of transport and processing; NTP holds 0.05 s
+FEW_FRAMES = 5  # fewer fused frames may all show the same view
 OK, DOWN = "ok", "down"  # conditions of a service
 # A frame's way, and who publishes it; of the large ones only the newest is held.
 STREAMS: tuple[tuple[keys.Topic[Any], str, int], ...] = (
@@ -50,11 +52,13 @@ class ObservedStream:
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """What was seen. clocks_s: of services and robot, minus the local one, less the latency."""
+    """What was seen. clocks_s: of services and robot, minus the local one, less the latency;
+    revision: of the map, the newest."""
 
     services: tuple[ServiceHealth, ...] = ()
     streams: tuple[ObservedStream, ...] = ()
     clocks_s: Mapping[str, float] = field(default_factory=dict)
+    revision: MapRevision | None = None
 
     def is_well(self, service: str) -> bool:
         """Whether nothing is wrong with a service as far as it is known."""
@@ -65,17 +69,19 @@ def observe(bus: Bus, duration_s: float, services: tuple[ServiceHealth, ...] = (
     """Listen on the bus for so long."""
     streams = [(bus.subscribe(topic, held), topic, source) for topic, source, held in STREAMS]
     beats, clocks_s = bus.subscribe(keys.ALL_HEARTBEATS, QUEUE), dict[str, float]()
+    revision: MapRevision | None = None
     end_s = time.monotonic() + duration_s
     while time.monotonic() < end_s:
         for subscription, topic, source in streams:
             while (message := subscription.take(0.0)) is not None:
                 if topic == keys.ROBOT_ODOMETRY:
                     _compare(clocks_s, source, message.stamp_ns)
+                revision = message if topic == keys.MAP_REVISION else revision
         while (beat := beats.take(0.0)) is not None:
             _compare(clocks_s, beat.service, beat.stamp_ns)
         time.sleep(POLL_S)
     observed = (ObservedStream(topic.key, source, s.counters) for s, topic, source in streams)
-    return Observations(services, tuple(observed), clocks_s)
+    return Observations(services, tuple(observed), clocks_s, revision)
 
 
 def _compare(clocks_s: dict[str, float], whose: str, stamp_ns: int) -> None:
@@ -142,9 +148,20 @@ def _clocks(observed: Observations) -> Iterator[Finding]:
         )
 
 
+def _map(observed: Observations) -> Iterator[Finding]:
+    """A map that stays empty."""
+    last = observed.revision
+    if last is not None and last.cells_observed == 0 and last.frames_fused >= FEW_FRAMES:
+        yield Finding(
+            Severity.ERROR,
+            f"{last.frames_fused} frames were fused and the map is still empty. All points "
+            "are out of the mapper's height or depth range: check extrinsics and depth scale.",
+        )
+
+
 def diagnose(observed: Observations) -> list[Finding]:
     """All findings: errors, warnings, notes; each sentence once."""
-    checks = (_services, _streams, _clocks)
+    checks = (_services, _streams, _clocks, _map)
     findings = {f.sentence: f for check in checks for f in check(observed)}
     order = list(Severity)
     return sorted(findings.values(), key=lambda finding: order.index(finding.severity))
