@@ -16,6 +16,7 @@ from tests.structure import (
     Module,
     camera_arithmetic,
     declared_twice,
+    floors,
     folders,
     modules,
     own_lines,
@@ -397,3 +398,34 @@ def test_no_other_pool_is_made() -> None:
         if isinstance(node, ast.alias) and node.name in ("ProcessPoolExecutor", "Pool")
     }
     assert named == {"onemap_tools.processes.worker_pool"}
+
+
+# From low to high. Each layer imports itself and those before it. Other modules directly in the
+# package (threads, bus, configuration) are the highest.
+ORDERS = {
+    "onemap_planner": ("sentences", "world", "motion", "search", "policy", "service"),
+    "onemap_gateway": ("bus", "present", "config", "http", "service"),
+}
+
+
+def upward(module: Module) -> list[str]:
+    """Imports of the module that point to a higher layer."""
+    order = ORDERS[module.package]
+
+    def layer(name: str) -> int:
+        part = name.split(".")[1]
+        return order.index(part) if part in order else len(order) - 1
+
+    return [
+        f"{module.name}:{line} imports {name}"
+        for name, line in module.imports
+        if within(name, module.package) and layer(name) > layer(module.name)
+    ]
+
+
+@pytest.mark.parametrize("package", ORDERS)
+def test_nothing_imports_upwards_or_in_circles(package: str) -> None:
+    inside = [m for m in modules(ROOT) if m.name.startswith(f"{package}.")]
+    assert [broken for module in inside for broken in upward(module)] == []
+    assert {m.name.split(".")[1] for m in inside} >= set(ORDERS[package])
+    assert floors(package, modules(ROOT)) > 1  # raises if there is a circle
