@@ -21,13 +21,7 @@ from onemap_planner.search.state_machine import Event, EventStamp, new_search
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import Detections, SearchView
-from tests.planner.drawn_maps import (
-    CELL_M,
-    PARAMS,
-    costmap_of,
-    drawn_map,
-    search_view_of,
-)
+from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map, search_view_of
 
 ROOM = search_view_of(drawn_map(*["#" * 8, *["#......#"] * 6, "#" * 8], scale=5))
 POSE = Pose2d(1.0, 1.0, 0.0)

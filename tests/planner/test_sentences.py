@@ -6,9 +6,7 @@ from math import pi
 
 import pytest
 
-from onemap_planner.sentences import (
-    Landmarks,
-)
+from onemap_planner.sentences import Landmarks
 
 SOFA, TV = ("sofa", (2.0, 0.0)), ("the tv", (0.0, -4.0))
 HERE = Landmarks((0.0, 0.0), 0.0, (SOFA, TV))

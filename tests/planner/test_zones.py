@@ -14,19 +14,14 @@ from onemap_planner.search.state_machine import Destination, Finished
 from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_shared.geometry import F64, Velocity2d
-from onemap_shared.messages import (
-    FailureCode,
-    Place,
-    PlaceKind,
-    SearchKind,
-    SearchState,
-)
+from onemap_shared.messages import FailureCode, Place, PlaceKind, SearchKind, SearchState
 from onemap_shared.places import Zones
 from tests.planner.drawn_maps import PARAMS, drawn_map, places_of, search_view_of
 from tests.planner.grid_world import (
     GridWorld,
     SimulatedSearch,
     in_four_rooms,
+    in_one_room,
     in_two_rooms,
     start,
     start_drive,
@@ -132,6 +127,12 @@ def run(world: GridWorld, search: SimulatedSearch, *known: Place) -> SimulatedSe
     return search
 
 
+def there_in(world: GridWorld, x: float, y: float) -> Destination:
+    """A drive to (x, y), metres from the floor plan's corner."""
+    ox, oy = world.floor_plan.grid.bounds_m[:2]
+    return Destination(SearchKind.GO_TO, (ox + x, oy + y))
+
+
 def test_what_lies_in_a_zone_is_confirmed_from_outside() -> None:
     world = in_two_rooms()
     corner = in_plan(world, box(0.1, 5.7, 2.0, 7.9, "corner"))
@@ -150,17 +151,24 @@ def test_a_zone_in_the_way_is_named() -> None:
     assert "the keep-out zone 'bedroom' is in the way" in result.reason
 
 
-def test_a_drive_across_a_zone_goes_around_it_or_fails() -> None:
-    world = in_four_rooms()
-    ox, oy = world.floor_plan.grid.bounds_m[:2]
-    barrier = in_plan(world, box(2.8, 1.5, 4.2, 2.9, "rug"))
-    there = Destination(SearchKind.GO_TO, (ox + 7.0, oy + 2.0))
-    over = run(world, start_drive(world, there), barrier)
-    assert over.state.search.phase == Finished(SearchState.ARRIVED)
-    assert reach_m(np.array(over.trace), barrier) == 0.0
-    world = in_four_rooms()
-    wall = in_plan(world, box(4.0, 0.1, 4.05, 3.9, "tape"))  # thinner than a cell
-    over = run(world, start_drive(world, there), wall)
+@pytest.mark.parametrize("drawn", ["zone", "stay out"])
+def test_a_drive_goes_around_a_zone_and_what_this_search_stays_out_of(drawn: str) -> None:
+    world = in_one_room()
+    rug = in_plan(world, box(2.6, 0.1, 3.2, 2.2, "rug"))
+    search = start_drive(world, there_in(world, 4.4, 2.7))
+    if drawn == "stay out":
+        search.state.search = replace(search.state.search, stay_out=("Rug",))
+        run(world, search, replace(rug, kind=PlaceKind.ROOM))
+    else:
+        run(world, search, rug)
+    assert search.state.search.phase == Finished(SearchState.ARRIVED)
+    assert reach_m(np.array(search.trace), rug) == 0.0
+
+
+def test_a_drive_across_a_zone_without_a_way_around_fails() -> None:
+    world = in_one_room()
+    wall = in_plan(world, box(2.5, 0.1, 2.55, 3.9, "tape"))  # thinner than a cell
+    over = run(world, start_drive(world, there_in(world, 4.4, 2.7)), wall)
     assert over.state.search.results[0].reason_code is FailureCode.UNREACHABLE
     assert "no way leads there that keeps out of 'tape'" in over.state.search.reason
     assert reach_m(np.array(over.trace), wall) == 0.0
@@ -185,15 +193,3 @@ def test_a_robot_inside_leaves_by_the_shortest_way_and_says_so() -> None:
     way_m = np.linalg.norm(np.diff(search.trace[: first_out + 1], axis=0), axis=1).sum()
     assert way_m <= RADIUS_M - before + 0.2
     assert (away[first_out:] >= RADIUS_M - 1e-6).all()
-
-
-def test_a_place_to_stay_out_of_is_a_zone_for_this_search() -> None:
-    world = in_four_rooms()
-    ox, oy = world.floor_plan.grid.bounds_m[:2]
-    rug = replace(in_plan(world, box(2.8, 1.5, 4.2, 2.9, "rug")), kind=PlaceKind.ROOM)
-    there = Destination(SearchKind.GO_TO, (ox + 7.0, oy + 2.0))
-    search = start_drive(world, there)
-    search.state.search = replace(search.state.search, stay_out=("Rug",))
-    run(world, search, rug)
-    assert search.state.search.phase == Finished(SearchState.ARRIVED)
-    assert reach_m(np.array(search.trace), rug) == 0.0

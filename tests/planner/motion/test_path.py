@@ -7,12 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from onemap_planner.motion.path import (
-    cost_to_go_from,
-    lengths_over,
-    line_costs,
-    smooth_path,
-)
+from onemap_planner.motion.path import cost_to_go_from, lengths_over, line_costs, smooth_path
 from onemap_shared.geometry import F64, Bool
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 from tests.reference.planning import dijkstra, sampled_line

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.progress import (
-    BACK_UP_S,
-    MotionSample,
-    ProgressMonitor,
-    met_at,
-)
+from onemap_planner.motion.progress import BACK_UP_S, MotionSample, ProgressMonitor, met_at
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map

@@ -8,16 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.motion.motions import (
-    STOP,
-    Drive,
-    Motion,
-    Pose2d,
-    Rest,
-    Reverse,
-    Rotate,
-    moved,
-)
+from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate, moved
 from onemap_planner.motion.pure_pursuit import (
     DriveParams,
     arrived,

@@ -8,16 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.motion.collision_monitor import SLACK_M, MonitorAction
-from onemap_planner.motion.motions import (
-    STOP,
-    Drive,
-    Motion,
-    Pose2d,
-    Rest,
-    Reverse,
-    Rotate,
-    moved,
-)
+from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate, moved
 from onemap_planner.motion.velocity_controller import (
     BRAKE_S,
     ControllerInputs,

@@ -14,11 +14,7 @@ from onemap_planner.searches import SearchRegistry
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of
 from onemap_planner.world.map_view import MapView
 from onemap_shared.clock import SystemClock
-from onemap_shared.messages import (
-    MAX_RIVALS,
-    Detections,
-    SearchState,
-)
+from onemap_shared.messages import MAX_RIVALS, Detections, SearchState
 from tests.planner.drawn_maps import detections_of, drawn_map
 from tests.planner.grid_world import GridWorld, in_one_room, start
 

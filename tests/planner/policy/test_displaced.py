@@ -12,19 +12,9 @@ from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.policy.displaced import STANDS_S, notice
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.search.state_machine import (
-    EventStamp,
-    Exploring,
-    LookingAround,
-    new_search,
-)
+from onemap_planner.search.state_machine import EventStamp, Exploring, LookingAround, new_search
 from tests.planner.drawn_maps import PARAMS
-from tests.planner.grid_world import (
-    STEP_S,
-    SimulatedSearch,
-    in_four_rooms,
-    start,
-)
+from tests.planner.grid_world import STEP_S, SimulatedSearch, in_four_rooms, start
 
 DRIVE, CONTROLS_PER_STEP = PARAMS.drive, 5
 PERIOD_S = CONTROLS_PER_STEP * STEP_S

@@ -9,19 +9,9 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.search.state_machine import (
-    Destination,
-    Driving,
-    Finished,
-)
+from onemap_planner.search.state_machine import Destination, Driving, Finished
 from onemap_shared.messages import Occupancy, SearchKind, SearchState
-from tests.planner.grid_world import (
-    GridWorld,
-    SimulatedSearch,
-    in_two_rooms,
-    start,
-    start_drive,
-)
+from tests.planner.grid_world import GridWorld, SimulatedSearch, in_two_rooms, start, start_drive
 
 ORIGIN = (-2.0, -1.0)  # of the floor plans, metres
 

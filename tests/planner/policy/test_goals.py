@@ -71,7 +71,7 @@ def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
     assert successor([jumped], earlier) == jumped
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(arrays(bool, (12, 11), elements=st.booleans() | st.just(value=False)))
 def test_the_nearest_cell_is_that_of_the_slow_twin(mask: np.ndarray) -> None:
     cells = np.argwhere(np.ones_like(mask))

@@ -8,18 +8,12 @@ import pytest
 
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import MAX_STUCK_COUNT, ProgressMonitor
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.limits import handle_stuck, is_trapped, limit_reached
+from onemap_planner.policy.limits import is_trapped, limit_reached
 from onemap_planner.policy.outcome import Observation
-from onemap_planner.policy.state import ActiveGoal, PlannerState
+from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search import state_machine as sm
-from onemap_planner.search.state_machine import (
-    Approaching,
-    Exploring,
-    Finished,
-    Phase,
-)
+from onemap_planner.search.state_machine import Approaching, Exploring, Finished, Phase
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.drawn_maps import PARAMS
@@ -124,17 +118,6 @@ def monitored(stuck_count: int, phase: Phase) -> PlannerState:
     progress = ProgressMonitor(POSE, 0.0, stuck_count=stuck_count, stuck_at=POSE)
     state = planner_state(candidate(2.5, 2.5))
     return replace(state, search=replace(SEARCH, phase=phase), progress=progress)
-
-
-def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
-    goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 1.0), "")
-    state = monitored(LIMIT, Exploring())
-    state = replace(state, active_goal=ActiveGoal(goal, 0.0, 9.0, goal.look_xy))
-    after, events = state, handle_stuck(state)
-    assert events == ()
-    (tried,) = after.ledger.attempts
-    assert tried.xy == goal.look_xy
-    assert after.active_goal is None
 
 
 @pytest.mark.parametrize(

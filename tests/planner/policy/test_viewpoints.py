@@ -18,11 +18,7 @@ from onemap_shared.messages import CameraView, MapRevision
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.mapper import scenes
 from tests.planner import one_room
-from tests.planner.drawn_maps import (
-    PARAMS,
-    drawn_map,
-    search_view_of,
-)
+from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 
 
 def around(

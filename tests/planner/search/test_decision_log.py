@@ -95,10 +95,10 @@ def test_a_search_is_read_back_with_its_way(tmp_path: Path) -> None:
 
 def test_a_long_search_is_thinned_but_for_its_turns(tmp_path: Path) -> None:
     trail = Trail()
-    for number in range(1000):
+    for number in range(500):
         for place in range(5):
             trail.add(number, (number + place / 5, float(place % 2)))
-        turned = SearchState.APPROACHING if number == 701 else STATUS.state
+        turned = SearchState.APPROACHING if number == 351 else STATUS.state
         long = replace(STATUS, state=turned, reason=f"{number} " + "x" * 600)
         record(tmp_path, long, None, trail.take())
     record(tmp_path, ENDED, None, trail.take())
@@ -106,7 +106,7 @@ def test_a_long_search_is_thinned_but_for_its_turns(tmp_path: Path) -> None:
     assert known is not None
     assert len(encode(known).header) < MAX_HEADER_BYTES
     assert len(known.places) <= decision_log.MAX_PLACES
-    assert len(known.steps) + known.left_out == 1001
+    assert len(known.steps) + known.left_out == 501
     assert known.steps[0].reason.startswith("0 ")
     assert [step.state for step in known.steps].count(SearchState.APPROACHING) == 1
     assert known.steps[-1].state is SearchState.FOUND

@@ -1,6 +1,5 @@
 """The state machine: every event in every phase."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -81,35 +80,3 @@ def test_every_end_has_its_code_coverage_and_evidence() -> None:
     )
     (result,) = found.results
     assert (result.frame_ns, result.box_px, result.cells) == (123, (1.0, 2.0, 3.0, 4.0), 1)
-
-
-@pytest.mark.parametrize(
-    ("kind", "reason"),
-    [
-        (SearchKind.GO_TO, "driving to the place (1.50, -2.50)"),
-        (SearchKind.LOOK_AT, "going to where the place (1.50, -2.50) can be seen"),
-    ],
-)
-def test_a_drive_begins_when_the_map_is_there(kind: SearchKind, reason: str) -> None:
-    there = sm.Destination(kind, (1.5, -2.5))
-    search = sm.new_search("id", (), THEN, 7, there)
-    assert search.reason == "asking the map about the place (1.50, -2.50)"
-    around = sm.transition(search, sm.MapReady(look_around=True), NOW)
-    assert around.reason == "looking around for the place (1.50, -2.50)"
-    for begun in (
-        sm.transition(search, sm.MapReady(look_around=False), NOW),
-        sm.transition(around, sm.Rotated(2 * math.pi), NOW),
-    ):
-        assert (begun.phase, begun.reason) == (sm.Driving(there), reason)
-
-
-def test_a_drive_has_one_result_and_its_reason() -> None:
-    search = replace(sm.new_search("id", (), THEN, 7, THERE), phase=sm.Driving(THERE))
-    search = sm.transition(search, sm.Ending(SearchState.ARRIVED, "standing 0.10 m from it"), NOW)
-    assert search.reason == "standing 0.10 m from it"
-    (result,) = search.results
-    assert (result.name, result.outcome, result.position_m) == ("", SearchState.ARRIVED, ())
-    assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
-    message = sm.status(search, NOW, now_ns=99)
-    assert (message.kind, message.place_m) == (SearchKind.GO_TO, (1.5, -2.5))
-    assert (message.objects, message.active) == ((), False)

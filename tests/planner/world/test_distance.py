@@ -9,7 +9,7 @@ from onemap_planner.world.distances import distances_to_edge_m
 from tests.reference.planning import clearances
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(
     arrays(bool, (11, 9), elements=st.booleans() | st.just(value=False)),
     st.sampled_from([0.05, 0.1]),

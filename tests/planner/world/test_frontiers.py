@@ -48,7 +48,7 @@ def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() 
     assert found.score == pytest.approx(0.7 - DECAY_PER_M * 1.3, abs=0.05)
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(
     arrays(bool, (8, 9)),
     arrays(np.float32, (8, 9), elements=st.floats(0, 1, width=32) | st.just(float("nan"))),
@@ -62,7 +62,7 @@ def test_similarity_beyond_is_that_of_the_slow_twin(beyond: np.ndarray, values: 
     np.testing.assert_allclose(found[~at_limit], expected[~at_limit], atol=1e-8)
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(
     arrays(np.uint8, (8, 9), elements=st.sampled_from([0, 1, 2])),
     arrays(bool, (8, 9)),

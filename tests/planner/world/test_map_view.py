@@ -11,10 +11,7 @@ from onemap_planner.world.map_view import MAX_OUTSIDE_M, map_view_around, outsid
 from onemap_planner.world.regions import UndetectedViews, discounted, find_regions
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
-from tests.planner.drawn_maps import (
-    drawn_map,
-    search_view_of,
-)
+from tests.planner.drawn_maps import drawn_map, search_view_of
 
 
 def test_the_window_holds_what_is_known_and_the_robot() -> None:
