@@ -163,11 +163,13 @@ def test_every_status_is_documented(router: MemoryRouter, case: str) -> None:
     config = GatewayConfig(token=SecretStr("hunter2"))
     with fakes.client_on(router, config) as client:
         for method, path, operation in operations(client):
+            if case in NO_OBJECT and "requestBody" not in operation:
+                continue
             address = path.format(search_id="a%FFb", name="%2e%2e", object_id="%00")
             answer = client.request(method, address, **HOSTILE[case])
             assert str(answer.status_code) in operation["responses"], (method, path)
             assert answer.status_code != 500
-            if case in NO_OBJECT and "requestBody" in operation:
+            if case in NO_OBJECT:
                 status, words = NO_OBJECT[case]
                 assert answer.status_code == status, path
                 assert words in answer.json()["detail"], path

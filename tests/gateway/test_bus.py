@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
-import math
 import threading
 from collections.abc import Iterator
 
 import anyio
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from onemap_gateway.bus import live_state
 from onemap_gateway.bus.rpc import RpcClient
@@ -27,22 +23,6 @@ from tests.gateway.fakes import FakeMapper, search, state_reached
 from tests.memory_bus import MemoryRouter
 
 
-@given(
-    st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
-    st.integers(0, 3 * live_state.MAX_LOGGED_STATUSES),
-)
-def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> None:
-    state = live_state.LiveState()
-    for index in range(before + after):
-        state = state.with_message(fakes.search(updated_ns=index), float(index))
-    fresh = [status.updated_ns for status in state.statuses_since(before)]
-    assert (
-        fresh
-        == list(range(before, before + after))[-live_state.MAX_LOGGED_STATUSES :][: len(fresh)]
-    )
-    assert len(fresh) == min(after, live_state.MAX_LOGGED_STATUSES)
-
-
 def test_old_detections_and_paths_are_not_shown() -> None:
     state = live_state.LiveState().with_message(fakes.detections("sofa"), 0.0)
     state = state.with_message(fakes.planned_path((0, 0)), 0.0)
@@ -52,17 +32,6 @@ def test_old_detections_and_paths_are_not_shown() -> None:
     assert state.path_now(6.0) is None
     assert live_state.LiveState().detections_now(0.0) is None
     assert live_state.LiveState().path_now(0.0) is None
-
-
-@given(st.lists(st.floats(0, 10), min_size=1, max_size=2 * live_state.RECENT))
-def test_latencies_are_counted_up_to_their_bounds(latencies_s: list[float]) -> None:
-    histogram = live_state.LatencyHistogram()
-    for latency_s in latencies_s:
-        histogram = histogram.with_value(latency_s)
-    upper = (*live_state.BOUNDS_S, math.inf)
-    for below_s, count in zip(upper, itertools.accumulate(histogram.counts), strict=True):
-        assert count == sum(latency_s <= below_s for latency_s in latencies_s)
-    assert histogram.quantile_s(1.0) == max(latencies_s[-live_state.RECENT :])
 
 
 def test_a_broken_message_is_logged_and_passed_over(

@@ -7,12 +7,7 @@ from pathlib import Path
 import pytest
 from pydantic import SecretStr, ValidationError
 
-from onemap_gateway.config import (
-    MAX_TOKEN_CHARS,
-    GatewayConfig,
-    Role,
-    with_token_file,
-)
+from onemap_gateway.config import MAX_TOKEN_CHARS, GatewayConfig, Role, with_token_file
 from onemap_shared.config import ConfigError, section
 from onemap_shared.runner import StartError
 

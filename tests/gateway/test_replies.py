@@ -15,9 +15,7 @@ from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.live import live_document
 from onemap_gateway.present.metrics import RequestCounter, exposition
 from onemap_gateway.present.queries import verdict_sentence
-from onemap_gateway.present.replies import (
-    search_snapshot,
-)
+from onemap_gateway.present.replies import search_snapshot
 from onemap_gateway.present.service_status import PipelineFault
 from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics

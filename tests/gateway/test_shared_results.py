@@ -9,10 +9,7 @@ from typing import Any
 import pytest
 
 from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.shared_results import (
-    AT_ONCE,
-    SharedResults,
-)
+from onemap_gateway.http.shared_results import AT_ONCE, SharedResults
 
 CLIENTS = 50
 

@@ -55,7 +55,7 @@ def test_a_click_on_a_pin_shows_its_photograph(page: Page, robot: Robot) -> None
     assert page.errors == []
 
 
-@pytest.mark.parametrize("size", [PHONE, (390, 844), (844, 390)])
+@pytest.mark.parametrize("size", [PHONE, (844, 390)])
 def test_the_card_leaves_stop_free_on_a_phone(
     page: Page, robot: Robot, size: tuple[int, int]
 ) -> None:
