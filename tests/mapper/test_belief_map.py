@@ -9,12 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap, FieldRejected
-from onemap_mapper.belief.view_log import (
-    KEYFRAME_DEG,
-    KEYFRAME_M,
-    MAX_VIEWS,
-    views_since,
-)
+from onemap_mapper.belief.view_log import KEYFRAME_DEG, KEYFRAME_M, MAX_VIEWS, views_since
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.messages import FeatureField, Layer, Occupancy

@@ -9,11 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief import cells
-from onemap_mapper.belief.cells import (
-    CellStore,
-    fused,
-    gain,
-)
+from onemap_mapper.belief.cells import CellStore, fused, gain
 from onemap_mapper.belief.features import half_bits, half_value
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow

@@ -17,12 +17,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.places.memory import PlaceMemory
 from onemap_mapper.storage import map_folder, snapshot
 from onemap_mapper.storage.map_file import map_path, write
-from onemap_mapper.storage.map_folder import (
-    QuotaExceeded,
-    check_quota,
-    merged_objects,
-    saved_maps,
-)
+from onemap_mapper.storage.map_folder import QuotaExceeded, check_quota, merged_objects, saved_maps
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion
 from onemap_shared import keys

@@ -11,10 +11,7 @@ import pytest
 
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.robots import (
-    FrameOrder,
-    MapRobot,
-)
+from onemap_mapper.robots import FrameOrder, MapRobot
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
 from onemap_shared import messages as m

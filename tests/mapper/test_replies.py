@@ -10,12 +10,7 @@ import torch
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.query.regions import extent_band
-from onemap_mapper.query.replies import (
-    ViewReplies,
-    judged,
-    search_view,
-    similarity_reply,
-)
+from onemap_mapper.query.replies import ViewReplies, judged, search_view, similarity_reply
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
 from onemap_mapper.query.verdicts import floor_coverage
@@ -225,37 +220,6 @@ def test_only_the_area_that_was_asked_for_has_regions(belief: BeliefMap) -> None
     elsewhere = replied(belief, query("sofa", SOFA), area_m=(90.0, 90.0, 91.0, 91.0))
     assert len(elsewhere.scores) == 0
     assert elsewhere.best_score == 0.0
-
-
-def test_a_negative_takes_what_looks_more_like_it(belief: BeliefMap) -> None:
-    asked = query("furniture", (SOFA + CUP) / np.float32(2**0.5))
-    request, scores = m.SimilarityRequest("furniture"), MapScores(belief)
-    alone = similarity_reply(scores.of([asked]), request=request)
-    both = scores.of([asked, query("sofa", SOFA)])
-    against_sofas = similarity_reply(both, request=request)
-    assert alone.best_score > 0.9
-    assert against_sofas.best_score < 0.1
-
-
-def test_a_verdict_is_that_of_the_version_that_was_scored(belief: BeliefMap) -> None:
-    coverage = floor_coverage(
-        belief.shared_version().occupancy_grid(),
-        belief.shared_version().layers(),
-        belief.grid,
-        robot_xy_m=(0.0, 0.0),
-        area=None,
-    )
-
-    def verdict(question: TextQuery) -> m.MapVerdict:
-        scored, request = MapScores(belief).of([question]), m.SimilarityRequest(question.text)
-        reply = similarity_reply(scored, request=request)
-        return judged(reply, request, coverage, scored, 0.9).verdict
-
-    assert verdict(query("sofa", SOFA)).verdict is m.Verdict.FOUND
-    missing = verdict(query("cup", CUP))
-    assert missing.verdict is m.Verdict.NOT_LOOKED_YET
-    assert missing.not_looked_m2 > 1
-    assert len(missing.frontier_m) == 2
 
 
 # From which to which height the answer may reach, and which height it must hold, in metres.
