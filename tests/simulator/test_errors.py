@@ -19,13 +19,7 @@ from onemap_simulator.errors import (
     RobotErrors,
 )
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.people import (
-    GAP_M,
-    NOBODY,
-    START_AWAY_M,
-    People,
-    WalkableFloor,
-)
+from onemap_simulator.physics.people import GAP_M, NOBODY, START_AWAY_M, People, WalkableFloor
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.label_renderer import LabelRenderer
@@ -55,20 +49,6 @@ def closures(poses: list[F64]) -> list[int]:
     closed = [k for k, pose in enumerate(poses) if known.closes(pose)]
     assert known.count == len(closed)
     return closed
-
-
-def test_a_loop_closes_once_where_it_comes_back_to_its_start() -> None:
-    (first,) = closures(circle(1.2))
-    assert 85 <= first <= 95  # within 1 m of the start, which is 10 m of way ago
-    again = closures(circle(3))
-    assert len(again) == 3  # the next only after 8 m
-    assert min(np.diff(again)) >= 80
-
-
-def test_neither_a_short_way_nor_another_view_closes_a_loop() -> None:
-    there_and_back = [pose_2d(x, 0.0, 0.0) for x in (*np.arange(0, 3, 0.1), *np.arange(3, 0, -0.1))]
-    assert closures(there_and_back) == []
-    assert closures(circle(1.2, backwards_after=0.5)) == []
 
 
 DRIFT = DriftParams(way_percent=2.0, yaw_deg_per_m=0.5)

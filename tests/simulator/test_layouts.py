@@ -21,11 +21,7 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, camera_mount, pose_2d
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.replay.layouts import TUM_SIZE, is_recording, read_recording
-from onemap_simulator.replay.recording import (
-    RecordedFrame,
-    Recording,
-    RecordingError,
-)
+from onemap_simulator.replay.recording import RecordedFrame, Recording, RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_tools.bench.frames import map_of, rendered_frames
 from onemap_tools.bench.scene import recorded_frames

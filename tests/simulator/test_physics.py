@@ -173,11 +173,6 @@ def test_a_simulation_that_lags_says_so_for_a_while() -> None:
     assert run.lag_problem(112.0) == ""
 
 
-def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"0\.10 m from an obstacle; its radius is 0\.2 m"):
-        simulation(RobotState(0.1, 1.0, 0.0))
-
-
 OPENING = (1.5, 1.0, 2.2, 2.0)
 
 

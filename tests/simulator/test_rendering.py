@@ -15,11 +15,7 @@ from onemap_simulator.physics.people import NOBODY, Bystanders
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.rendering import rendered_image
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
-from onemap_simulator.rendering.label_renderer import (
-    LabelRenderer,
-    label_colours,
-    labels_of,
-)
+from onemap_simulator.rendering.label_renderer import LabelRenderer, label_colours, labels_of
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import (
     CameraParams,

@@ -17,11 +17,7 @@ from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.keys import RGBD_RECEIPTS, ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import FrameReceipt, Odometry, RgbdFrame
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.recording import (
-    RecordedFrame,
-    Recording,
-    RecordingError,
-)
+from onemap_simulator.replay.recording import RecordedFrame, Recording, RecordingError
 from onemap_simulator.replay.service import build
 from tests.memory_bus import MemoryRouter
 from tests.simulator.recordings import write_recording

@@ -16,12 +16,7 @@ from onemap_simulator.physics.collision import MissingFloor
 from onemap_simulator.scene import loading
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import Scene
-from onemap_simulator.scene.scene_file import (
-    category_of,
-    check_file,
-    read_corrections,
-    read_scene_file,
-)
+from onemap_simulator.scene.scene_file import category_of, read_corrections, read_scene_file
 from tests.reference.occupancy_raster import touched_cells
 from tests.simulator.scene_files import RED, room_of, write_two_materials
 from tests.simulator.scenes import box_room, object_vertices
@@ -153,12 +148,6 @@ def test_the_yaml_overrules_the_up_axis_of_the_format(
     trimesh.creation.box((1, 1, 1)).export(tmp_path / name)
     (tmp_path / "a.yaml").write_text(yaml)
     assert read_scene_file(tmp_path / name).up == up
-
-
-def test_a_check_reads_the_yaml_and_not_the_scene(tmp_path: Path) -> None:
-    (tmp_path / "broken.glb").write_bytes(b"not a scene at all")
-    (tmp_path / "broken.yaml").write_text("up: z")
-    assert check_file(tmp_path / "broken.glb").up == "z"
 
 
 @pytest.mark.parametrize(
