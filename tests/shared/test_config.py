@@ -14,11 +14,7 @@ from pydantic import Field, SecretStr, model_validator
 
 from onemap_shared.config import BusConfig, ConfigError, load, mistakes, read, section
 from onemap_shared.params import Params, is_secret, masked
-from onemap_shared.services import (
-    ALL,
-    doubled,
-    doubled_sentence,
-)
+from onemap_shared.services import ALL, doubled, doubled_sentence
 
 
 class Inner(Params):

@@ -7,11 +7,7 @@ import sys
 
 import pytest
 
-from onemap_shared.watchdog import (
-    HANG_LIMIT_S,
-    TICK_S,
-    ThreadCheck,
-)
+from onemap_shared.watchdog import HANG_LIMIT_S, TICK_S, ThreadCheck
 
 
 def enumerate_s(steps: list[int]) -> list[tuple[float, int]]:
