@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,12 +18,7 @@ from onemap_shared.messages import Layer, Occupancy
 from onemap_tools.cli.app import app
 from onemap_tools.cli.map import MapLayer
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
-from onemap_tools.map_export import (
-    MapArrays,
-    layer_image,
-    nav2_pgm,
-    nav2_yaml,
-)
+from onemap_tools.map_export import MapArrays, layer_image, nav2_pgm, nav2_yaml
 from tests.gateway.fakes import GRID, FakeMapper, kept_object
 from tests.memory_bus import MemoryRouter
 from tests.tools.cli.commands import error_of
@@ -143,9 +137,3 @@ def test_a_layer_is_white_where_it_is_set_and_the_similarity_opaque_where_known(
     image = layer_image(small_map(), MapLayer.SIMILARITY)
     assert image[1, [0, 2]].tolist() == [[51, 51, 51, 255], [255, 255, 255, 255]]
     assert image[0, 0].tolist() == [0, 0, 0, 0]
-
-
-def archive(**arrays: np.ndarray) -> bytes:
-    buffer = io.BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]
-    return buffer.getvalue()

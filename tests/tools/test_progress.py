@@ -20,7 +20,6 @@ REPORT: dict[str, Any] = {
     "path_length_m": 3.25,
 }
 PROGRESS = SearchProgress(REPORT, 0.2, 5.0, (1.0, -2.0))
-DRIVE = SearchProgress({**REPORT, "objects": [], "results": [], "target": ""})
 
 
 def console() -> Console:
@@ -30,20 +29,6 @@ def console() -> Console:
 def text_of(console: Console) -> str:
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
-
-
-def test_a_line_shows_what_is_known() -> None:
-    out = console()
-    lines = ProgressLines(out)
-    lines.show(PROGRESS)
-    lines.show(DRIVE)
-    of_search, of_drive = text_of(out).splitlines()
-    assert of_search == (
-        "  12.0 s  [1/2] bed: exploring: walking [to] a frontier; "
-        "robot (1.0, -2.0) m, drove 3.2 m; map 0.2 s old, 5.0 updates/s"
-    )
-    assert of_drive.endswith("search: exploring: walking [to] a frontier; robot drove 3.2 m")
-    assert replace(PROGRESS, map_rate_hz=float("nan")).map == "0.2 s old"
 
 
 def test_a_line_comes_at_a_change_and_every_five_seconds_for_each_robot() -> None:

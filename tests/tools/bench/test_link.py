@@ -12,12 +12,7 @@ import numpy as np
 import pytest
 
 from onemap_tools.bench import link as links
-from onemap_tools.bench.link import (
-    LinkShape,
-    PacketQueue,
-    emulated_link,
-    emulation_problem,
-)
+from onemap_tools.bench.link import LinkShape, PacketQueue, emulated_link, emulation_problem
 
 RECEIVE = """
 import socket, sys

@@ -16,11 +16,7 @@ from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.messages import Detections, FeatureField, TextEmbeddings
 from onemap_tools.bench.navigation import methods
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
-from tests.planner.one_room import (
-    POSE,
-    SEARCH,
-    explored,
-)
+from tests.planner.one_room import POSE, SEARCH, explored
 
 
 def seen(*rows: str) -> PlanningContext:

@@ -110,21 +110,6 @@ def test_totals_count_places_and_first_answers() -> None:
     ]
 
 
-def test_places_outside_the_map_are_named() -> None:
-    labels = [SOFA, HIDDEN, place("sofa", 10.5, 2.0, 1.0)]  # the last reaches in
-    labels += [place("bed", 40.0, 2.0, 1.0), place("sofa", 2.0, -1.5, 0.3)]
-    replies = {"sofa": reply("sofa", (9.9, 2.0, 0.9)), "bed": reply("bed"), "oven": reply("oven")}
-    results = place_results(labels, replies, VOCABULARY)
-    assert [result["mapped"] for result in results] == [True, False, True, False, False]
-    assert results[2]["found"]
-    counts = totals(labels, results, replies)
-    assert lines({**counts, **RUN, "places": results})[-2] == (
-        "Not mapped because outside the map, which reaches from (0.0, 0.0) to (10.0, 5.0) m: "
-        "bed at (40, 2), sofa at (2, -1.5)."
-    )
-    assert "outside" not in "".join(lines({**counts, **RUN, "places": results[:3]}))
-
-
 def labels_file(folder: Path, text: str) -> Path:
     path = folder / "labels.yaml"
     path.write_text(text, encoding="utf-8")

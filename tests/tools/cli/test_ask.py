@@ -27,7 +27,7 @@ from onemap_tools.cli import remote
 from onemap_tools.cli.app import app
 from onemap_tools.cli.remote import follow, is_done
 from onemap_tools.cli.terminal import plain_console
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.network import any_free_port
 from tests.gateway.fakes import FakeMapper
 from tests.memory_bus import MemoryRouter
@@ -168,6 +168,8 @@ def test_a_reply_is_printed_is_json_and_decides_the_exit_code(
         ("query", "name an object, or give --image"),
         ("query sofa --image crop.png", "name an object, or give --image"),
         ("query --not bed --image crop.png", "name an object, or give --image"),
+        ("query --image crop.gif", "crop.gif: the image is no PNG and no JPEG"),
+        ("query --image none.png", "none.png: No such file"),
         ("search sofa --max-distance 0", "max_distance_m is 0.0: a limit must be positive"),
     ],
 )
@@ -176,6 +178,7 @@ def test_what_cannot_be_asked_is_a_usage_error(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "crop.png").write_bytes(PNG)
+    (tmp_path / "crop.gif").write_bytes(b"GIF89a")
     result = RUNNER.invoke(app, [*command.split(), "--json"])
     assert result.exit_code == EXIT_USAGE_ERROR
     assert sentence in error_of(result)["error"]
@@ -318,6 +321,9 @@ def test_a_search_is_shown_until_it_ends_also_while_the_planner_is_away(console:
     assert gateway.sent[0] == {"objects": ["sofa", "bed"]}
     for part in ("sofa: approaching", "The planner is not running.", "map 0.2 s old, 5.0 updates"):
         assert part in text_of(console)
+    away = Gateway(report("exploring"), 503)  # for ever
+    with pytest.raises(OneMapError, match="The planner is not running"):
+        follow(away.client, partial(away.client.search, "sofa"), console)
 
 
 def test_a_gateway_that_is_away_is_told_now_and_then_until_it_is_back(
@@ -482,13 +488,3 @@ def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str])
     assert "The mapper is away." in said.err
     remote.follow_query(results, as_json=False)
     assert "'sofa' is in the living room" in capsys.readouterr().out
-
-
-def test_a_crop_is_a_png_or_jpeg(tmp_path: Path) -> None:
-    (path := tmp_path / "crop.png").write_bytes(PNG)
-    assert remote.read_crop(path) == PNG
-    (path := tmp_path / "crop.gif").write_bytes(b"GIF89a")
-    with pytest.raises(CliError, match=r"crop\.gif: the image is no PNG and no JPEG"):
-        remote.read_crop(path)
-    with pytest.raises(CliError, match=r"cannot read .*none\.png: No such file"):
-        remote.read_crop(tmp_path / "none.png")

@@ -14,9 +14,7 @@ from typer.testing import CliRunner
 
 from onemap_shared.config import SECTIONS
 from onemap_tools.cli.app import app
-from onemap_tools.cli.config_report import (
-    installed_models,
-)
+from onemap_tools.cli.config_report import installed_models
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
 

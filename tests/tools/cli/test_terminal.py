@@ -9,10 +9,7 @@ from typing import Any
 import pytest
 
 from onemap_tools.cli import remote
-from onemap_tools.cli.terminal import (
-    plain_console,
-    stays_up,
-)
+from onemap_tools.cli.terminal import plain_console, stays_up
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary, describe
 from onemap_tools.progress import ProgressLines, SearchProgress
 from tests.structure import ROOT

@@ -10,12 +10,7 @@ import pytest
 from onemap_perception.config import KNOWN_MODELS, PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.models.choice import (
-    ModelChoice,
-    check_packages,
-    choose,
-    perception_section,
-)
+from onemap_tools.models.choice import ModelChoice, check_packages, choose, perception_section
 
 TIPS = "google/tipsv2-b14"
 COCO, OPEN = "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"

@@ -18,13 +18,7 @@ from onemap_tools.processes.launch import Processes, ProcessSpec
 from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
-from onemap_tools.processes.up import (
-    choose,
-    conflicts,
-    page_url,
-    supervise,
-    up,
-)
+from onemap_tools.processes.up import choose, conflicts, page_url, supervise, up
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture

@@ -10,11 +10,7 @@ import pytest
 import torch
 
 from onemap_tools.train import batches, trainer
-from onemap_tools.train.network import (
-    Backbone,
-    MiniNetwork,
-    load_backbone_weights,
-)
+from onemap_tools.train.network import Backbone, MiniNetwork, load_backbone_weights
 from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
 
 CPU = torch.device("cpu")
