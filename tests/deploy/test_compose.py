@@ -15,14 +15,7 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.config import read, section
 from onemap_shared.watchdog import STOP_LIMIT_S
-from tests.deploy.deployment import (
-    DEPLOY,
-    ROLES,
-    compose,
-    compose_document,
-    models,
-    mounts,
-)
+from tests.deploy.deployment import DEPLOY, ROLES, compose, compose_document, models, mounts
 from tests.deploy.test_packages import LOCK, PROJECT
 
 SERVICES = compose()

@@ -15,10 +15,7 @@ import pytest
 import torch
 
 from onemap_perception import factory
-from onemap_perception.config import (
-    OpenClipConvNextParams,
-    PerceptionConfig,
-)
+from onemap_perception.config import OpenClipConvNextParams, PerceptionConfig
 from onemap_perception.detectors.networks import CocoNetwork
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import BackendError
@@ -29,12 +26,7 @@ from onemap_shared.config import ConfigError, section
 from onemap_shared.messages import TextEmbeddings, TextRequest
 from onemap_shared.runner import StartError
 from tests.memory_bus import MemoryRouter
-from tests.perception.tiny import (
-    needs_open_clip,
-    open_clip_folder,
-    owl_folder,
-    rtdetr_folder,
-)
+from tests.perception.tiny import needs_open_clip, open_clip_folder, owl_folder, rtdetr_folder
 from tests.perception.toy import ColourEncoder, frame
 
 

@@ -9,14 +9,7 @@ import numpy as np
 import pytest
 
 from onemap_ros2 import service
-from onemap_ros2.cdr import (
-    DIAGNOSTICS,
-    TWIST,
-    TWIST_STAMPED,
-    decode,
-    stamp_ns,
-    type_hash,
-)
+from onemap_ros2.cdr import DIAGNOSTICS, TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display import Display
 from onemap_ros2.frame_images import FrameImages

@@ -3,12 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_ros2.transform_buffer import (
-    KEPT_NS,
-    TransformBuffer,
-    TransformError,
-    TransformLate,
-)
+from onemap_ros2.transform_buffer import KEPT_NS, TransformBuffer, TransformError, TransformLate
 from onemap_shared.geometry import inverse, pose_2d
 
 MOUNT = pose_2d(0.2, 0.0, 0.0)

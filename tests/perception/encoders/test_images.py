@@ -8,12 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.encoders.images import (
-    decoded,
-    fitted_size,
-    framed,
-    patch_shares,
-)
+from onemap_perception.encoders.images import decoded, fitted_size, framed, patch_shares
 from onemap_perception.errors import ImageError
 from onemap_shared.geometry import U8
 

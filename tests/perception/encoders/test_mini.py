@@ -12,10 +12,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.config import SHIPPED, MiniParams
-from onemap_perception.encoders.mini import (
-    NETWORK_FILE,
-    MiniEncoder,
-)
+from onemap_perception.encoders.mini import NETWORK_FILE, MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.text.minilm import find_model_folder

@@ -14,13 +14,7 @@ from tokenizers import Tokenizer, models, pre_tokenizers
 from torch.nn import functional
 
 from onemap_perception.errors import UnknownWordError
-from onemap_perception.text.minilm import (
-    DIM,
-    HEADS,
-    LAYERS,
-    MiniLm,
-    find_model_folder,
-)
+from onemap_perception.text.minilm import DIM, HEADS, LAYERS, MiniLm, find_model_folder
 from onemap_shared.geometry import F32
 from tests.structure import ROOT
 
