@@ -24,10 +24,14 @@ from onemap_planner import planning_thread
 from onemap_planner import service as planner_service
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
+from onemap_planner.motion import velocity_controller
+from onemap_planner.motion.collision_monitor import CheckedCommand
+from onemap_planner.motion.motions import Drive, Motion
 from onemap_planner.planning_thread import PlanningThread
 from onemap_planner.searches import SearchRegistry
 from onemap_planner.service import Planner
 from onemap_shared.command_gate import Deadman
+from onemap_shared.geometry import Velocity2d
 from onemap_tools.bench.faults.plan import drawn
 from onemap_tools.bench.faults.run import run_plan
 from onemap_tools.virtual.disk import VirtualDisk
@@ -67,6 +71,21 @@ def nothing_is_stale(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(LatestInputs, "stale_reason", lambda *_: "")
     patch.setattr(PlanningThread, "_request_view", kept_view)
     patch.setattr(planning_thread, "view_problem", lambda *_: "")
+
+
+def straight_on(patch: pytest.MonkeyPatch) -> None:
+    pursued = velocity_controller.target_velocity
+
+    def target(motion: Motion, *others: Any, **options: Any) -> Velocity2d:
+        if isinstance(motion, Drive):
+            motion = replace(motion, points_xy=motion.points_xy[-1:])
+        return pursued(motion, *others, **options)
+
+    def checked(wanted: Velocity2d, *_: object, **__: object) -> CheckedCommand:
+        return CheckedCommand(wanted)
+
+    patch.setattr(velocity_controller, "target_velocity", target)
+    patch.setattr(velocity_controller, "monitored", checked)
 
 
 def any_driver(patch: pytest.MonkeyPatch) -> None:
@@ -151,6 +170,7 @@ DEFECTS = tuple(
     Defect(plant.__name__.replace("_", " "), rule, plant, tuple(map(frozenset, needs)))
     for rule, plant, *needs in (
         ("age", nothing_is_stale),
+        ("contact", straight_on),
         ("request", endless_command),
         ("request", any_driver),
         ("cancelled", cancelled_later, {"cancel", "drive"}),

@@ -43,6 +43,7 @@ POWER = Incident("power", 10.0, "mapper", 1.0)
 PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("endless command", (Incident("kill", 8.0, "planner", 4.0),)),
     ("nothing is stale", (Incident("kill", 8.0, "mapper", 8.0),)),
+    ("straight on", ()),
     ("a step fails", ()),
     ("zones are not followed", (ZONE,)),
     ("unreadable is empty", (ZONE, TORN)),
