@@ -91,6 +91,13 @@ class FaultPlan:
             for each in self.incidents
         )
 
+    @property
+    def delays_commands(self) -> bool:
+        """Whether commands may be late when the robot gets them."""
+        on_the_way = "simulator", "planner", ROBOT_CMD_VEL.key
+        kinds = "late", "slow", "lossy", "queued", "disordered"
+        return any(each.kind in kinds and each.target in on_the_way for each in self.incidents)
+
     def smaller(self) -> Iterator[FaultPlan]:
         """Plans in which less happens, the smallest first."""
         for index, incident in enumerate(self.incidents):

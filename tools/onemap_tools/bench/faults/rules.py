@@ -38,6 +38,7 @@ PERIOD_S = 0.05
 MOVES_MPS, TURNS_RADPS = 0.02, 0.05
 STOPPED_S = 0.5  # from a stop to its acknowledgement, unless its way is disturbed
 STANDS_AFTER_S = 1.1 + 0.1  # its request, its planner or its link ended
+LATE_COMMANDS_S = MAX_COMMAND_AGE_S - 0.1  # longer where they wait on their way, and it obeys them
 # Of the newest frame that a command rests on, when it passes the router: as old as a plan's may be,
 # and the odometry by which the planner tells that; a clock that was set back by less is not seen.
 MAX_FRAME_AGE_S = (
@@ -285,7 +286,8 @@ class Rules:
     def _judge(self, now_s: float, speed_mps: float, turn_radps: float) -> None:
         moves = speed_mps > MOVES_MPS or turn_radps > TURNS_RADPS
         alone_s = now_s - self._live_s
-        if moves and alone_s > STANDS_AFTER_S:
+        late_s = LATE_COMMANDS_S if self.plan.delays_commands else 0.0
+        if moves and alone_s > STANDS_AFTER_S + late_s:
             self.tell("request", f"it moves {alone_s:.2f} s after the last living request")
 
     def _look_at_map(self, now_s: float) -> None:
