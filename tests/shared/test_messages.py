@@ -54,6 +54,7 @@ IMPOSSIBLE: list[tuple[type[Any], str, dict[str, Any]]] = [
     (m.FeatureField, "1e-06 to 1e.12", {"variance": f(6, 8, value=3e38)}),
     (m.Detections, "point_owner", {"point_owner": np.array([0, 1, 2], np.int32)}),
     (m.Detections, "point_owner", {"point_owner": np.array([0, -1, 1], np.int32)}),
+    (m.Detections, "points_map lies beyond", {"points_map": np.full((3, 3), -1e20, np.float32)}),
     (m.Detections, "boxes_px has shape", {"names": ("sofa",)}),
     (m.Detections, "picture_scale is 0.0; it must be above 0", {"picture_scale": 0.0}),
     (m.Detections, "make it smaller", {"picture": bytes(m.MAX_PICTURE_BYTES + 1)}),

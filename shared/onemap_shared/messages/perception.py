@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F16, F32, I32, I64, U8, U16, Bool
+from onemap_shared.geometry import F16, F32, I32, I64, MAX_COORDINATE_M, U8, U16, Bool
 from onemap_shared.messages import checks
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
@@ -94,6 +94,8 @@ class Detections(checks.Message):
             self.point_owner.min() >= 0 and self.point_owner.max() < count
         ):
             raise ValueError(f"point_owner must lie in [0, {count})")
+        if self.points_map.size and np.abs(self.points_map).max() > MAX_COORDINATE_M:
+            raise ValueError(f"points_map lies beyond {MAX_COORDINATE_M:g} m from the origin")
 
 
 @dataclass(frozen=True, slots=True)
