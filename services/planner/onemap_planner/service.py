@@ -82,7 +82,7 @@ class Planner:
         self._controlled = self._planning_thread.result  # by the last control step
         self._check_planning = ThreadCheck("the planning thread")
         self._whole_steps = True  # the last step did not raise
-        self._tell_of_before()
+        self._before = self._interrupted_before()
         SearchCommands(
             bus,
             self._registry,
@@ -91,13 +91,11 @@ class Planner:
             folder=config.state_dir,
         )
 
-    def _tell_of_before(self) -> None:
-        """Publish the newest search of before the start if it was interrupted."""
+    def _interrupted_before(self) -> SearchStatus | None:
+        """The newest search of before the start, if that has interrupted it."""
         folder = self._config.state_dir
         newest = decision_log.past(folder)[:1] if folder is not None else []
-        for search in newest:
-            if search.state is SearchState.INTERRUPTED:
-                self._states.put(search)
+        return next((each for each in newest if each.state is SearchState.INTERRUPTED), None)
 
     def step(self, timeout_s: float) -> None:
         """Take inputs until the next command is due, then send it."""
@@ -253,9 +251,15 @@ class Planner:
         self._commands.put(command)
 
     def _publish_status(self, now_s: float) -> None:
-        """Publish the state of the search on every change and every ``STATUS_PERIOD_S``."""
+        """Publish the state of the search on every change and every ``STATUS_PERIOD_S``.
+
+        Before the first one, that of before: a gateway may have found the router later than this.
+        """
         state = self._registry.state
         if state is None:
+            if self._before is not None and now_s >= self._next_status_s:
+                self._next_status_s = now_s + STATUS_PERIOD_S
+                self._states.put(self._before)
             return
         search, waiting = state.search, self._waiting(now_s)
         self._follow(search)

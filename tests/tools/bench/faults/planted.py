@@ -24,7 +24,7 @@ from onemap_planner import planning_thread
 from onemap_planner import service as planner_service
 from onemap_planner.followed_places import FollowedPlaces
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.motion import velocity_controller
+from onemap_planner.motion import pure_pursuit, velocity_controller
 from onemap_planner.motion.collision_monitor import CheckedCommand
 from onemap_planner.motion.motions import Drive, Motion
 from onemap_planner.planning_thread import PlanningThread
@@ -74,7 +74,7 @@ def nothing_is_stale(patch: pytest.MonkeyPatch) -> None:
 
 
 def straight_on(patch: pytest.MonkeyPatch) -> None:
-    pursued = velocity_controller.target_velocity
+    pursued = pure_pursuit.target_velocity
 
     def target(motion: Motion, *others: Any, **options: Any) -> Velocity2d:
         if isinstance(motion, Drive):

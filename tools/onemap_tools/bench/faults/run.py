@@ -23,7 +23,7 @@ from onemap_tools.bench.options import NavigationBench
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.disk import VirtualDisk
 from onemap_tools.virtual.link import SENDS_BYTES
-from onemap_tools.virtual.network import VirtualBus
+from onemap_tools.virtual.network import RETRY_S, VirtualBus
 from onemap_tools.virtual.scheduler import NoProgress, VirtualWorld
 from onemap_tools.virtual.system import Equipment, VirtualService, VirtualSystem, simulated
 
@@ -74,6 +74,11 @@ def run_plan(plan: FaultPlan) -> RunResult:
     return RunResult(broken, world.trace, round(world.now_s, 3), metres, searches)
 
 
+def _returns_s(incident: Incident) -> float:
+    """Seconds after an incident until every session has found the router again."""
+    return RETRY_S[1] if incident.kind in ("router", "cut", "stall", "suspend") else 0.0
+
+
 class _Run:
     """The incidents of a plan, and a user."""
 
@@ -87,7 +92,7 @@ class _Run:
         self.rules = Rules(system, plan, radius_m, ShownObstacles(obstacles, radius_m))
         names = sorted({thing.category for thing in scene.objects})
         self.user = User(system, self.rules, names, plan)
-        ends = (each.at_s + each.lasts_s for each in plan.incidents)
+        ends = (each.at_s + each.lasts_s + _returns_s(each) for each in plan.incidents)
         self.end_s = max((*ends, plan.asks_until_s))
         self._left = dict.fromkeys(SERVICES, 0)  # incidents that keep it from being started
         self._began_s = 0.0  # the process that was started last
