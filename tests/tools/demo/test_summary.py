@@ -9,8 +9,6 @@ from math import inf, nan
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rich.console import Console
 
 from onemap_perception.config import SHIPPED
@@ -23,11 +21,9 @@ from onemap_tools.demo.summary import (
     RobotSummary,
     describe,
     evaluate_result,
-    path_efficiency,
     scene_category,
 )
 
-lengths = st.floats(min_value=0, max_value=1e4)
 ITEM = ObjectSummary("sofa", "found", "because", (1.0, 2.0, 0.4), 12.0, 10.0, 5.0, 0.9, 0.0)
 WRONG = replace(ITEM, goal_distance_m=1.2)
 MISSED = replace(ITEM, outcome="not_found")
@@ -65,15 +61,6 @@ def test_an_object_that_was_there_at_the_start_is_no_failure() -> None:
     assert "SPL 0.25 per object" in flat(printed(both))
     assert "off by: straight from where the robot stopped to the nearest one" in flat(printed(both))
     assert document_of(summary(there))["object_spl"] is None
-
-
-@given(shortest_m=lengths, driven_m=lengths)
-def test_efficiency_is_in_0_to_1_and_falls_with_the_path(
-    shortest_m: float, driven_m: float
-) -> None:
-    efficiency = path_efficiency(shortest_m, driven_m)
-    assert 0 <= efficiency <= 1
-    assert path_efficiency(shortest_m, driven_m + 1) <= efficiency
 
 
 def test_wrong_claims_are_counted_and_what_is_not_finite_is_null() -> None:

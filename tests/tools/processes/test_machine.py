@@ -11,7 +11,7 @@ import pytest
 
 from onemap_tools.errors import CliError
 from onemap_tools.processes import network
-from onemap_tools.processes.services import check_robot, run
+from onemap_tools.processes.services import run
 
 
 @pytest.mark.parametrize(
@@ -51,13 +51,6 @@ def test_the_second_signal_abandons_and_exits() -> None:
     )
     assert result.returncode == 128 + signal.SIGTERM
     assert result.stdout == "abandoned\n"
-
-
-def test_a_robot_that_cannot_start_is_reported(tmp_path: Path) -> None:
-    sections = {"replay": {"directory": str(tmp_path / "nowhere")}}
-    with pytest.raises(CliError, match="The replay cannot start"):
-        check_robot("replay", sections)
-    check_robot("simulator", {})
 
 
 def test_a_service_runs_with_its_arguments_or_names_what_is_not_installed(

@@ -56,15 +56,6 @@ def test_what_was_consumed_is_in_the_bag(robot: RecordedRobot) -> None:
     assert robot.recorder.missed == {}
 
 
-def test_images_can_be_left_out(tmp_path: Path) -> None:
-    robot = RecordedRobot(tmp_path, images=False)
-    robot.begin()
-    robot.see(0)
-    path = robot.end()
-    assert on(path, "robot/rgbd/v1") == []
-    assert len(on(path, "perception/field/v1")) == 1
-
-
 RUNNER = CliRunner()
 Usage = namedtuple("Usage", "total used free")
 

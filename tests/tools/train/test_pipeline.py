@@ -69,6 +69,7 @@ def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     pipeline.render(folders, 1, 4, 1)
     pipeline.train(folders, tiny_params(), "cpu", 1)
     assert pipeline.export(folders) > 0.999
+    assert (folders.output / NETWORK_FILE).stat().st_size < 12 * 2**20
     assert not list(folders.output.glob(".export-*"))
     assert load_calibration(folders.output).floor == 0  # measured by another command
     shutil.rmtree(folders.work / "train")  # only the training needs them

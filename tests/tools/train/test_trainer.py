@@ -82,8 +82,6 @@ def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     assert torch.equal(
         weights_of(trainer.load_averaged_network(tmp_path / "whole")[0]), weights_of(whole)
     )
-    other, _ = train(tmp_path / "other", tiny_params(seed=1))
-    assert not torch.allclose(weights_of(other), weights_of(whole), rtol=1e-3, atol=1e-4)
     # Interrupted after step 3: what comes after the checkpoint of step 2 is repeated.
     broken = tmp_path / "broken"
     with pytest.raises(KeyboardInterrupt):
