@@ -525,7 +525,7 @@ def test_a_damaged_header_never_changes_the_world(rig: Rig, tmp_path: Path, load
     assert world_in(folder) == "/flat"
 
 
-@pytest.mark.parametrize("nbytes", range(0, 24, 4))
+@pytest.mark.parametrize("nbytes", [0, 8, 20])
 def test_a_torn_world_sets_no_zones_aside(rig: Rig, tmp_path: Path, nbytes: int) -> None:
     folder = tmp_path / "maps"
     rig.feed(replace(sofa_ahead(0), world="flat"))

@@ -19,7 +19,7 @@ from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 from tests.simulator.scenes import object_vertices
 
-CASES = [(1, TRAINING), (4, TRAINING), (4, HELD_OUT)]
+CASES = [(1, TRAINING), (4, HELD_OUT)]
 ROBOT_CLEARANCE_M = 0.25
 FIXED = {"wall", "floor", "ceiling", "door", "window"}
 PLAN = FloorPlan(
