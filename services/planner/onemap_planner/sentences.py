@@ -126,6 +126,7 @@ def driving(place: str, *, look: bool, where: str = "") -> str:
 
 RETURNING = "going back to where it set out"
 RETURNED = "back where it set out"
+START_LOST = "the robot's position jumped since, and that may be another place now"
 
 
 def not_returned(why: str) -> str:

@@ -12,9 +12,23 @@ from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.policy.displaced import STANDS_S, notice
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.search.state_machine import EventStamp, Exploring, LookingAround, new_search
+from onemap_planner.search.state_machine import (
+    EventStamp,
+    Exploring,
+    Finished,
+    LookingAround,
+    new_search,
+)
+from onemap_shared.messages import After, SearchState
 from tests.planner.drawn_maps import PARAMS
-from tests.planner.grid_world import STEP_S, SimulatedSearch, in_four_rooms, start
+from tests.planner.grid_world import (
+    STEP_S,
+    SimulatedSearch,
+    in_four_rooms,
+    in_plan,
+    start,
+    two_rooms,
+)
 
 DRIVE, CONTROLS_PER_STEP = PARAMS.drive, 5
 PERIOD_S = CONTROLS_PER_STEP * STEP_S
@@ -108,3 +122,22 @@ def test_a_pose_that_comes_late_is_no_jump(lag_s: float, jumps: bool) -> None:
     pose_ns = 10 * ns + round(lag_s * ns)
     notice(state, replace(seen, pose_ns=pose_ns), DRIVE)
     assert (state.displacement is not None) == jumps
+
+
+@pytest.mark.parametrize("on_way_back", [False, True])
+def test_it_does_not_return_to_coordinates_of_before_a_jump(on_way_back: bool) -> None:
+    run = start(in_plan(two_rooms()), "bed")
+    run.controls_per_step = CONTROLS_PER_STEP
+    run.state = replace(run.state, search=replace(run.state.search, after=After.RETURN))
+    while not (run.state.search.way_back if on_way_back else run.world.odometer_m > 1.0):
+        assert run.now_s < 200.0
+        run.step()
+    run.world.pose = replace(run.world.pose, y_m=run.world.pose.y_m + 0.6)
+    search = run.until_over(400.0)
+    assert search.phase == Finished(SearchState.FOUND)
+    assert search.reason == (
+        "found 1 of 1; it did not get back to where it set out: the robot's position jumped since, "
+        "and that may be another place now"
+    )
+    assert search.start_lost
+    assert search.returned_m < 0.5

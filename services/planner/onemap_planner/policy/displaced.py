@@ -3,7 +3,7 @@
 Its pose jumps farther than it can drive or turn, or what its camera sees stands beside where the
 map has it. It says so and stands still, until the map has seen the new place. Where the pose does
 not tell of it, it then looks around before it goes on: floor that is out of view was that of
-another place.
+another place. It does not return to where it set out: that was told in the frame of before.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from math import degrees, hypot
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.policy.outcome import STAND, Move, Observation
 from onemap_planner.policy.state import Displacement, PlannerState
-from onemap_planner.search.state_machine import Displaced
-from onemap_planner.sentences import beside_map, pose_jumped
+from onemap_planner.search.state_machine import Displaced, Ending
+from onemap_planner.sentences import START_LOST, beside_map, pose_jumped
 from onemap_shared.geometry import wrap_angle
+from onemap_shared.messages import SearchState
 
 STANDS_S = 1.0  # four frames at 4 Hz: then the map has what is in view
 # Beyond what it can drive and turn: corrections of a localisation that holds are smaller.
@@ -35,6 +36,7 @@ def notice(state: PlannerState, observation: Observation, params: DriveParams) -
     unnoticed |= before is not None and before.unnoticed
     until_s = state.active_time_s + STANDS_S
     state.displacement, state.progress = Displacement(why, until_s, unnoticed), None
+    state.search = replace(state.search, start_lost=True)
 
 
 def _jumped(state: PlannerState, observation: Observation, params: DriveParams) -> str:
@@ -65,6 +67,8 @@ def stand(state: PlannerState) -> Move | None:
         state.search = replace(state.search, slow=displacement.why)
         return Move(STAND)
     state.displacement = None
+    if state.search.way_back is not None:
+        return Move(STAND, Ending(SearchState.FAILED, START_LOST))
     if not displacement.unnoticed:
         return None
     state.trail, state.active_goal = (), None

@@ -13,6 +13,7 @@ from onemap_planner.sentences import (
     MOVED,
     RETURNED,
     RETURNING,
+    START_LOST,
     approaching,
     asking,
     confirmed,
@@ -159,7 +160,8 @@ class Search:
     ``LatestInputs`` does. continues: id of the ended search whose
     rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its end,
     None before. passed: things of the present object's name that are left aside. start_xy: where
-    the robot stood when it was accepted, None without odometry; way_back: once it returns there, by
+    the robot stood when it was accepted, None without odometry; start_lost: its pose
+    jumped since, so that this may be another place; way_back: once it returns there, by
     ``after``; returned_m: metres driven for that.
     """
 
@@ -185,6 +187,7 @@ class Search:
     took_s: float | None = None
     passed: tuple[PassedThing, ...] = ()
     after: After = After.STAY
+    start_lost: bool = False
     start_xy: tuple[float, float] | None = None
     way_back: WayBack | None = None
     returned_m: float = 0.0
@@ -428,7 +431,7 @@ def status(
         continues=search.continues,
         passed=search.passed,
         after=search.after,
-        start_m=search.start_xy or (),
+        start_m=() if search.start_lost else search.start_xy or (),
     )
 
 
@@ -536,6 +539,8 @@ def _ended(search: Search, ending: Ending, stamp: EventStamp) -> Search:
         outcome, reason = next(s for s in WORST_FIRST if s in outcomes), _summary(results)
     search = replace(search, results=results)
     if search.after is After.RETURN and not ending.whole and search.start_xy is not None:
+        if search.start_lost:
+            return _finished(search, outcome, f"{reason}; {not_returned(START_LOST)}", stamp)
         back = WayBack(Destination(SearchKind.GO_TO, search.start_xy), outcome, reason)
         begun = replace(search, way_back=back, index=len(search.objects))
         return _set_out(replace(begun, target_start=_start(stamp)))

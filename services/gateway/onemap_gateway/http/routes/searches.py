@@ -148,8 +148,8 @@ async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
         newest = await gateway.call(keys.SEARCH_GET, SearchId())
         if not newest.start_m:
             why = (
-                "It is not known where the robot stood when the last search began, or the planner, "
-                "the robot's driver or the map is another one since then."
+                "It is not known where the robot stood when the last search began, or its position "
+                "jumped, or the planner, the robot's driver or the map is another one since then."
             )
             raise HttpProblem("unknown_place", why, 422)
         return newest.start_m
