@@ -169,3 +169,16 @@ def test_what_stands_before_a_wall_hides_no_door() -> None:
     parts = parts_of(free, low, walls, 0.1)
     beside = parts[free & (found.ids == found.ids[60, 5])]
     assert np.mean(beside == parts[60, 5]) > 0.8
+
+
+def test_a_wall_that_was_seen_low_from_near_may_hold_a_door() -> None:
+    _, walls = plan()
+    low, unseen = np.zeros(SHAPE, bool), np.zeros(SHAPE, bool)
+    low[39:44, 1:-1] = True  # both faces of a wall, and its ends beside the door
+    low[39:44, 10:20] = False
+    unseen[40:43, 1:6] = unseen[40:43, 25:-1] = True  # inside of it
+    walls[40, 1:-1] = False
+    low &= ~unseen
+    parts = parts_of(~walls & ~low & ~unseen, low, walls, 0.1)
+    assert parts[20, 15] != parts[60, 15]
+    assert NO_ROOM not in {parts[20, 15], parts[60, 15]}

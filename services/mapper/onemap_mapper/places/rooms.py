@@ -119,8 +119,9 @@ def parts_of(free: Bool, low: Bool, walls: Bool, cell_size_m: float) -> I32:
     free, low, walls = (np.pad(mask, beyond) for mask in (free, low, walls))
     speck = round(SPECK_M / cell_size_m)
     unseen = ndimage.binary_opening(~(free | low | walls), np.ones((speck, speck)))
+    unseen |= low & ndimage.binary_dilation(unseen)  # of a wall, perhaps: from near it looks low
     doors = doorways(walls, cell_size_m, unseen)
-    numbers, _ = ndimage.label((free | low) & ~walls & ~doors)
+    numbers, _ = ndimage.label((free | low) & ~walls & ~unseen & ~doors)
     parts = np.where(free & (numbers > 0), numbers, NO_ROOM).astype(np.int32)
     return parts[beyond:-beyond, beyond:-beyond]
 
