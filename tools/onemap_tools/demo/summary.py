@@ -260,8 +260,9 @@ def json_value(value: Any) -> Any:
 
 
 LEGEND = (
-    "shortest: the way from where it began to where the object counts as found. off by: straight\n"
-    "from where the robot stopped to the nearest one. SPL -: it was there at the start."
+    "shortest: the way from where it began to where the object counts as found\n"
+    "off by: straight from where the robot stopped to the nearest one\n"
+    "SPL -: it was there at the start"
 )
 
 
