@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage.map_file import read, write
 from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
@@ -40,10 +41,12 @@ def large_map() -> MapSnapshot:
         .astype(small.features.dtype),
         confidence=ones,
         searched=ones,
-        explored=None if small.explored is None else ones,
+        explored=ones,
         colours=None,
-        heights=None,  # of the small map's cells, as where they were seen from
-        seen=None,
+        heights=np.zeros((CELLS, small.heights.shape[1]), np.float32),
+        seen=SeenFrom(
+            np.zeros((0, 3)), np.full(CELLS, -1, np.int32), 0 * ones, np.zeros(CELLS, np.int64)
+        ),
     )
 
 

@@ -79,7 +79,7 @@ def assert_same(found: MapSnapshot, expected: MapSnapshot) -> None:
         got, wanted = getattr(found, name), getattr(expected, name)
         np.testing.assert_allclose(got, wanted, rtol=1e-5, atol=1e-9, err_msg=name)
     np.testing.assert_allclose(found.features, expected.features, atol=1e-5)
-    np.testing.assert_allclose(found.known_heights(), expected.known_heights(), atol=1e-5)
+    np.testing.assert_allclose(found.heights, expected.heights, atol=1e-5)
     assert found.seen is not None
     assert expected.seen is not None
     for name in ("poses", "best", "last_seen_ns"):

@@ -43,15 +43,14 @@ def rewritten(path: Path, **changes: Any) -> Path:
     return other
 
 
-def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
+def test_a_file_without_colours_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
     map_file.write(taken, tmp_path / "a.npz")
-    old = map_file.read(rewritten(tmp_path / "a.npz", **dict.fromkeys(("heights", *map_file.SEEN))))
-    assert (old.heights, old.seen) == (None, None)
+    old = map_file.read(rewritten(tmp_path / "a.npz", colours=None))
+    assert old.colours is None
+    with pytest.raises(MapFileError, match="damaged"):
+        map_file.read(rewritten(tmp_path / "a.npz", heights=None))
     again = restore(old, PARAMS, encoder_id="", first_revision=1)
-    assert not again.store.heights.any()
-    rows = again.tiles.rows(again.store.cells)
-    assert again.view_log.last_seen_ns(rows) == 0
-    assert np.isnan(again.view_log.best_view(rows)).all()
+    assert np.isnan(again.store.colours).all()
 
 
 @pytest.mark.parametrize(
@@ -145,7 +144,8 @@ def test_a_map_that_could_not_be_read_is_not_written(taken: MapSnapshot, tmp_pat
 
 def bomb(path: Path, taken: MapSnapshot, cells: int) -> Path:
     """A map whose features are zeros, packed a thousandfold."""
-    arrays = {name: getattr(taken, name) for name in map_file.ARRAYS}
+    names = [name for name in map_file.FORMS if name not in map_file.SEEN]
+    arrays = {name: getattr(taken, name) for name in names}
     arrays["cells"] = np.argwhere(np.ones((cells, 1), bool)).astype(np.int32)
     arrays["features"] = np.zeros((cells, 16), np.float32)
     arrays |= {name: np.ones(cells, np.float32) for name in ("confidence", "searched")}

@@ -18,7 +18,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass, replace
-from math import prod
+from math import inf, prod
 from pathlib import Path
 from typing import Any
 
@@ -81,27 +81,37 @@ MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves; more where an older rele
 
 
 HEADERS = TypeAdapter(MapHeader)
-# The arrays of a map of n cells, m of them with evidence of obstacles: dtypes and shape of each.
-FORMS: dict[str, tuple[tuple[str, ...], tuple[str | int, ...]]] = {
-    "cells": (("int32",), ("n", 2)),
-    "features": (("float16", "float32"), ("n", "D")),
-    "confidence": (("float32",), ("n",)),
-    "searched": (("float32",), ("n",)),
-    "driving_cells": (("int32",), ("m", 2)),
-    "evidence": (("int8",), ("m", "levels")),
-    "clear": (("uint8",), ("m",)),
-    "explored": (("float32",), ("n",)),
-    "heights": (("float32",), ("n", LEVELS)),
-    "colours": (("uint8",), ("n", 3)),
-    "view_poses": (("float64",), ("views", 3)),
-    "best_view": (("int32",), ("n",)),
-    "view_confidence": (("float32",), ("n",)),
-    "last_seen_ns": (("int64",), ("n",)),
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayForm:
+    """An array of a map: its dtypes, its shape, and the least and the largest value."""
+
+    dtypes: tuple[str, ...]
+    shape: tuple[str | int, ...]
+    low: float = -inf
+    high: float = inf
+
+
+# The arrays of a map of n cells, m of them with evidence of obstacles, seen from k views.
+FORMS = {
+    "cells": ArrayForm(("int32",), ("n", 2)),
+    "features": ArrayForm(("float16", "float32"), ("n", "D")),
+    "confidence": ArrayForm(("float32",), ("n",), 0, MAX_CONFIDENCE),
+    "searched": ArrayForm(("float32",), ("n",), 0, MAX_CONFIDENCE),
+    "driving_cells": ArrayForm(("int32",), ("m", 2)),
+    "evidence": ArrayForm(("int8",), ("m", "levels"), MIN_EVIDENCE, MAX_EVIDENCE),
+    "clear": ArrayForm(("uint8",), ("m",), 0, ASSUMED),
+    "explored": ArrayForm(("float32",), ("n",), 0, MAX_CONFIDENCE),
+    "heights": ArrayForm(("float32",), ("n", LEVELS), 0, MAX_HEIGHT_SHARE),
+    "colours": ArrayForm(("uint8",), ("n", 3)),
+    "view_poses": ArrayForm(("float64",), ("k", 3), -MAX_COORDINATE_M, MAX_COORDINATE_M),
+    "best_view": ArrayForm(("int32",), ("n",), -1),
+    "view_confidence": ArrayForm(("float32",), ("n",), 0, MAX_CONFIDENCE),
+    "last_seen_ns": ArrayForm(("int64",), ("n",), 0),
 }
-# Arrays that files of earlier releases do not have; earlier releases leave them unread.
-SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
-ADDED = ("explored", "heights", "colours", *SEEN)
-ARRAYS = tuple(name for name in FORMS if name not in ADDED)
+SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")
+COLOURS = "colours"  # files of 0.1.0 do not have them
 
 
 def _checked(raw: object, name: str) -> MapHeader:
@@ -134,45 +144,32 @@ def _check_arrays(
     levels = max(arrays["evidence"].shape[1:], default=0)
     if levels > MAX_LEVELS:
         raise MapFileError(f"{name} is damaged: columns of {levels} levels")
-    views = min(len(arrays.get("view_poses", ())), n)  # each is the best one of some cell
-    sizes = {"n": n, "m": m, "D": header.dimension, "levels": levels, "views": views}
+    views = min(len(arrays["view_poses"]), n)  # each is the best one of some cell
+    sizes = {"n": n, "m": m, "D": header.dimension, "levels": levels, "k": views}
     for part, array in arrays.items():
-        dtypes, axes = FORMS[part]
-        shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
-        if str(array.dtype) not in dtypes or array.shape != shape:
+        form = FORMS[part]
+        shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in form.shape)
+        if str(array.dtype) not in form.dtypes or array.shape != shape:
             raise MapFileError(
                 f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected "
-                f"{' or '.join(dtypes)} {shape}"
+                f"{' or '.join(form.dtypes)} {shape}"
             )
 
 
-def _impossible(snapshot: MapSnapshot) -> Iterator[str]:
+def _impossible(arrays: Mapping[str, NDArray]) -> Iterator[str]:
     """Which values no map can hold."""
-    if not np.isfinite(snapshot.features.sum(dtype=np.float64)):
+    if not np.isfinite(arrays[FEATURES].sum(dtype=np.float64)):
         yield NOT_FINITE
-    amounts = {name: getattr(snapshot, name) for name in ("confidence", "searched", "explored")}
-    seen = snapshot.seen
-    if seen is not None:
-        if not (np.abs(seen.poses) <= MAX_COORDINATE_M).all():  # also refuses NaN
-            yield "views from places that no map has"
-        if seen.best.size and not -1 <= seen.best.min() <= seen.best.max() < len(seen.poses):
-            yield "cells with views that are not there"
-        if seen.last_seen_ns.min(initial=0) < 0:
-            yield "times before 1970"
-        amounts["view_confidence"] = seen.confidence
-    for name, values in amounts.items():
-        if values is not None and not ((values >= 0) & (values <= MAX_CONFIDENCE)).all():
-            yield f"{name} outside of 0 to {MAX_CONFIDENCE:g}"
-    heights, evidence = snapshot.known_heights(), snapshot.evidence
-    if not ((heights >= 0) & (heights <= MAX_HEIGHT_SHARE)).all():
-        yield f"shares of height outside of 0 to {MAX_HEIGHT_SHARE:g}"
-    if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
-        yield f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
-    if snapshot.clear.size and snapshot.clear.max() > ASSUMED:
-        yield f"clear that is none of 0 to {ASSUMED}"
+    for name, form in FORMS.items():
+        if form.low == -inf:
+            continue
+        values = arrays[name]
+        if not ((values >= form.low) & (values <= form.high)).all():  # also of NaN
+            yield f"{name} outside of {form.low:g} to {form.high:g}"
+    if arrays["best_view"].max(initial=-1) >= len(arrays["view_poses"]):
+        yield "cells with views that are not there"
     for name in ("cells", "driving_cells"):
-        cells = getattr(snapshot, name)
-        if len(np.unique(cells, axis=0)) != len(cells):
+        if len(np.unique(arrays[name], axis=0)) != len(arrays[name]):
             yield f"{name} that are there twice"
 
 
@@ -230,25 +227,32 @@ def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | 
         shape = (len(snapshot.cells), snapshot.header.dimension)
         parts = [snapshot.features] if feature_parts is None else feature_parts
         _add(archive, "features", map(_finite, parts), shape, snapshot.features.dtype)
-        if problem := next(_impossible(snapshot), ""):
+        arrays = _arrays(snapshot)
+        if problem := next(_impossible(arrays | {FEATURES: snapshot.features}), ""):
             raise _unreadable(problem)
-        for name, array in _arrays(snapshot).items():
+        for name, array in (arrays | _memories(snapshot)).items():
             add(name, array)
     return path.stat().st_size
 
 
 def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
+    """All but the features."""
     names = [name for name in FORMS if name != FEATURES and name not in SEEN]
     arrays = {name: getattr(snapshot, name) for name in names}
+    seen = snapshot.seen
+    arrays |= zip(SEEN, (seen.poses, seen.best, seen.confidence, seen.last_seen_ns), strict=True)
+    return {name: array for name, array in arrays.items() if array is not None}
+
+
+def _memories(snapshot: MapSnapshot) -> dict[str, NDArray]:
+    """Objects and places, if there are any."""
+    arrays: dict[str, NDArray] = {}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
     if snapshot.places:
         kept = memory.to_bytes(memory.PlaceMemory(snapshot.places))
         arrays[PLACES] = np.frombuffer(kept, np.uint8)
-    if (seen := snapshot.seen) is not None:
-        parts = (seen.poses, seen.best, seen.confidence, seen.last_seen_ns)
-        arrays |= dict(zip(SEEN, parts, strict=True))
-    return {name: array for name, array in arrays.items() if array is not None}
+    return arrays
 
 
 def _finite(features: NDArray) -> NDArray:
@@ -271,26 +275,18 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
     require(path)
     with _opened(path) as archive:
         header = _header(archive, path)
-        names = [*ARRAYS, *(name for name in ADDED if name in archive)]
-        arrays = {name: archive[name] for name in names}
+        arrays = {name: archive[name] for name in FORMS if name != COLOURS or name in archive}
         _check_arrays(arrays, header, path.name, max_cells)
+        problem = next(_impossible(arrays), "")
         objects, places = NO_OBJECTS, memory.NO_PLACES
         if OBJECTS in archive:
             objects = from_bytes(archive[OBJECTS].tobytes())
         if PLACES in archive:
             places = memory.from_bytes(archive[PLACES].tobytes())
-        seen = [arrays.pop(name) for name in SEEN if name in arrays]
-        snapshot = MapSnapshot(
-            header,
-            **arrays,
-            objects=objects,
-            places=places.places,
-            seen=SeenFrom(*seen) if seen else None,
-        )
-        problem = next(_impossible(snapshot), "")
     if problem:
         raise MapFileError(f"{path.name} is damaged: it holds {problem}")
-    return snapshot
+    seen = SeenFrom(*(arrays.pop(name) for name in SEEN))
+    return MapSnapshot(header, **arrays, objects=objects, places=places.places, seen=seen)
 
 
 def read_header(path: Path) -> tuple[MapHeader, int]:

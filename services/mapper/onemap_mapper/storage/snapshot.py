@@ -18,7 +18,6 @@ from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.belief.version import FrameHistory
 from onemap_mapper.belief.view_log import SeenFrom
 from onemap_mapper.occupancy.evidence import OccupancyUpdate
-from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion, moved_cells
@@ -85,11 +84,9 @@ class MapSnapshot:
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
     driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8,
     0, 1 or ``ASSUMED``.
-    objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
-    a release that counted all frames. heights (n, LEVELS) float32: shares of height; colours
-    (n, 3) uint8, as of ``colours.packed``; seen: from where the cells were seen best, and when
-    last; None in files of releases without them.
-    places: what people named.
+    explored (n,) float32: confidence of keyframes; heights (n, LEVELS) float32: shares of height;
+    seen: from where the cells were seen best, and when last; colours (n, 3) uint8, as of
+    ``colours.packed``, None in files of 0.1.0. objects: what was found; places: what people named.
     """
 
     header: MapHeader
@@ -100,11 +97,11 @@ class MapSnapshot:
     driving_cells: NDArray[np.int32]
     evidence: NDArray[np.int8]
     clear: NDArray[np.uint8]
-    objects: ObjectMemory = NO_OBJECTS
-    explored: NDArray[np.float32] | None = None
-    heights: NDArray[np.float32] | None = None
+    explored: NDArray[np.float32]
+    heights: NDArray[np.float32]
+    seen: SeenFrom
     colours: NDArray[np.uint8] | None = None
-    seen: SeenFrom | None = None
+    objects: ObjectMemory = NO_OBJECTS
     places: tuple[Place, ...] = ()
 
     @property
@@ -115,12 +112,6 @@ class MapSnapshot:
         driving = (self.driving_cells, self.evidence, self.clear)
         arrays = (each for each in (*cells, self.colours, self.seen, *driving) if each is not None)
         return features + sum(array.nbytes for array in arrays)
-
-    def known_heights(self) -> NDArray[np.float32]:
-        """Shares (n, LEVELS) of height, 0 where they are not known."""
-        if self.heights is not None:
-            return self.heights
-        return np.zeros((len(self.cells), LEVELS), np.float32)
 
     def known_colours(self) -> NDArray[np.float32]:
         """Colours (n, 3), Lab, NaN where they are not known."""
@@ -228,8 +219,7 @@ def _put_in(belief: BeliefMap, taken: MapSnapshot, moved: PlanarMotion) -> None:
         if belief.dimension == 0:
             belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         belief.put_in(share)
-        if taken.seen is not None:
-            belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
+        belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
     belief.fuse_occupancy(occupancy, driving)
     belief.assume_free(driving[occupancy.blind])
     belief.frames_fused += header.frames_fused
@@ -258,15 +248,14 @@ def _check(belief: BeliefMap, taken: MapSnapshot) -> None:
 
 def _share(taken: MapSnapshot, cells: I64, source: I64, moved: PlanarMotion) -> FeatureShare:
     """The features of world cells (n, 2), each from the cell of this index (n,)."""
-    explored = taken.confidence if taken.explored is None else taken.explored
-    confidence, seen = (
-        values[source].astype(np.float64) for values in (taken.confidence, explored)
+    confidence, explored = (
+        values[source].astype(np.float64) for values in (taken.confidence, taken.explored)
     )
     features = np.asarray(taken.features)
     if moved != NO_MOTION:  # else as they lie there: a copy takes the memory of a map
         features = features[source]
-    heights, colours = taken.known_heights()[source], taken.known_colours()[source]
-    return FeatureShare(cells, torch.from_numpy(features), confidence, seen, heights, colours)
+    heights, colours = taken.heights[source], taken.known_colours()[source]
+    return FeatureShare(cells, torch.from_numpy(features), confidence, explored, heights, colours)
 
 
 def _seen(seen: SeenFrom, moved: PlanarMotion) -> SeenFrom:
