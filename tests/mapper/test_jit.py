@@ -15,20 +15,19 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import jit
 from onemap_mapper import warm_up as module
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.warm_up import warm_up
-from onemap_shared import keys
+from onemap_shared import jit, keys
 from onemap_shared.clock import SystemClock
 from onemap_shared.runner import StartReport
 from tests.mapper import scenes
 from tests.memory_bus import MemoryRouter
 
 MODULE = """
-from onemap_mapper.jit import compiled
+from onemap_shared.jit import compiled
 
 @compiled
 def total(values):
@@ -74,7 +73,7 @@ def test_a_compilation_is_announced_once_and_loading_is_not(
         with jit.on_compilation(said.append):
             total(np.arange(4.0))
             total(np.arange(4.0, dtype=np.float32))
-    assert said == [f"compiling the map's kernels, once; cached in {total.stats.cache_path}"]
+    assert said == [f"compiling kernels, once; cached in {total.stats.cache_path}"]
     assert str(folder) in said[0]
 
 
@@ -136,5 +135,5 @@ def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
     assert other.starting
     announced, prepared = caplog.messages
     assert beat.problem.startswith(announced)
-    assert announced.startswith("compiling the map's kernels")
+    assert announced.startswith("compiling kernels")
     assert "the first frame was prepared in" in prepared

@@ -293,7 +293,7 @@ def test_a_log_that_nobody_reads_stops_nothing_and_says_what_is_missing(space: R
     bus.close()
 
 
-WHAT = "compiling the map's kernels"
+WHAT = "compiling kernels"
 
 
 def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(space: Router) -> None:

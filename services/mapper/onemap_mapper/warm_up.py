@@ -6,17 +6,17 @@ from __future__ import annotations
 import logging
 import subprocess
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import torch
 
-from onemap_mapper import jit
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
+from onemap_shared import jit
 from onemap_shared.camera import Intrinsics
 from onemap_shared.clock import Clock
 from onemap_shared.geometry import camera_mount, pose_2d
@@ -114,14 +114,8 @@ def main() -> None:
 def prepare(config: MapperConfig, start: StartReport) -> None:
     """Warm up; while functions are compiled, heartbeats say so to each robot."""
     started_s = start.clock.monotonic_s()
-    with ExitStack() as compilation:
-
-        def announce(what: str) -> None:
-            LOG.info("%s", what)
-            compilation.enter_context(start.takes(what, COMPILATION_S))
-
-        with jit.on_compilation(announce):
-            warm_up(config.map)
+    with jit.announced(start.takes, COMPILATION_S, LOG.info):
+        warm_up(config.map)
     LOG.info("the first frame was prepared in %.1f s", start.clock.monotonic_s() - started_s)
 
 

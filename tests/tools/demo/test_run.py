@@ -154,7 +154,7 @@ def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> 
 def test_a_start_that_compiles_is_shown_and_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiling = "Compiling the map's kernels, once; cached in /tmp."
+    compiling = "Compiling kernels, once; cached in /tmp."
     robot = FakeRobot(missing=(compiling,))
     demo = demo_of(tmp_path, robot)
     metrics = {"start_s": 400.0}

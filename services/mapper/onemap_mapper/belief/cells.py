@@ -29,10 +29,10 @@ from onemap_mapper.belief.features import (
     seeds,
 )
 from onemap_mapper.belief.view_log import ONE_VIEW, Views
-from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.transfers import to_device
 from onemap_shared.geometry import F32, F64, I64
+from onemap_shared.jit import compiled
 
 
 def _mixed(colours: F32, new: F32, K: F32) -> F32:

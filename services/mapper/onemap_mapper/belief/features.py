@@ -23,9 +23,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.jit import compiled, compiled_fast
 from onemap_mapper.transfers import to_device
 from onemap_shared.geometry import F32, F64, I64, U16
+from onemap_shared.jit import compiled, compiled_fast
 
 CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
 

@@ -13,10 +13,10 @@ from copy import copy
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec, GridTooLarge
+from onemap_shared.jit import compiled
 from onemap_shared.messages import TILE_CELLS
 
 

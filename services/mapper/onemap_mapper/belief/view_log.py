@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.belief.tiles import TileLayer
-from onemap_mapper.jit import compiled
 from onemap_shared.geometry import F32, F64, I32, I64
+from onemap_shared.jit import compiled
 
 # How far the camera has to move or turn before another frame counts for explored and searched: a
 # cell, and a sixteenth of its view. Less shows nothing new.

@@ -15,9 +15,9 @@ import numpy as np
 import torch
 
 from onemap_mapper.frame.projection import NO_ROWS, SparseRows
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, F64, I32, I64, Bool
+from onemap_shared.jit import compiled
 
 # Smaller weights are left out: the results change by less than a thousandth of the largest value,
 # and cells of negligible weight do not count as observed.

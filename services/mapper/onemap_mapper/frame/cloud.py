@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_mapper.jit import compiled
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.jit import compiled
 
 
 @compiled

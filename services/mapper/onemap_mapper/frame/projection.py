@@ -22,11 +22,11 @@ import torch
 from torch import Tensor
 from torch.nn.functional import embedding_bag
 
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I32, I64
 from onemap_shared.grid import GridSpec, GridTooLarge
+from onemap_shared.jit import compiled
 
 NOT_USED = np.int32(-(2**31))  # the cell of a pixel that carries no feature
 

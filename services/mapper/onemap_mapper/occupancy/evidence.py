@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onemap_mapper.belief.tiles import TileLayer
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F64, I32, I64, U8, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.jit import compiled
 from onemap_shared.messages import Occupancy
 
 I8 = NDArray[np.int8]

@@ -17,9 +17,9 @@ from math import ceil
 import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, I64, Bool
+from onemap_shared.jit import compiled
 
 # Heights above z = 0, and ranges of z-depth from the camera, metres.
 FLOOR_TOLERANCE_M = 0.08  # points this near to z = 0 are floor or carpet

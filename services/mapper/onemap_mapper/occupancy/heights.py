@@ -16,9 +16,9 @@ import numpy as np
 from scipy import ndimage
 
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.jit import compiled
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.jit import compiled
 
 LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
 LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose

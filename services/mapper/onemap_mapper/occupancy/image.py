@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from onemap_mapper.frame.cloud import PointCloud
-from onemap_mapper.jit import compiled
 from onemap_mapper.occupancy.evidence import (
     OccupancyUpdate,
     evidence_of,
@@ -27,6 +26,7 @@ from onemap_mapper.occupancy.floor import (
 from onemap_mapper.params import OBSTACLE_MIN_HEIGHT_M, MapParams
 from onemap_shared.geometry import F32, I32, U8, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.jit import compiled
 
 EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range

@@ -11,7 +11,7 @@ that it calls into: a compiled function calls only functions of its own file.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any, TypeVar
 
 import numba
@@ -41,14 +41,31 @@ def on_compilation(announce: Callable[[str], None]) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def announced(
+    takes: Callable[[str, float], AbstractContextManager[None]],
+    usual_s: float,
+    log: Callable[[str], object],
+) -> Iterator[None]:
+    """While functions are compiled, a start says so in its log and by ``StartReport.takes``."""
+    with ExitStack() as compilation:
+
+        def announce(what: str) -> None:
+            log(what)
+            compilation.enter_context(takes(what, usual_s))
+
+        with on_compilation(announce):
+            yield
+
+
 def _announcement(folder: str | None) -> str:
     """folder: that keeps the code; None where none can be written."""
     if folder is None:
         return (
-            "compiling the map's kernels, at every start: no folder for their code can be "
+            "compiling kernels, at every start: no folder for their code can be "
             "written; set NUMBA_CACHE_DIR to one that can"
         )
-    return f"compiling the map's kernels, once; cached in {folder}"
+    return f"compiling kernels, once; cached in {folder}"
 
 
 def compiled(function: F) -> F:
