@@ -201,6 +201,15 @@ class NavigationBench(Options):
         list[Path] | None,
         Option(help="Results of another method, or of other settings, to compare with."),
     ] = None
+    planning: Annotated[
+        float,
+        Option(
+            min=0,
+            max=200,
+            help="Metres: no search, but the time of planning steps in a drawn building of this "
+            "side.",
+        ),
+    ] = 0.0
     config: Config = None
 
 

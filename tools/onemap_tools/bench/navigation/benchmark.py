@@ -14,6 +14,7 @@ import torch
 
 from onemap_tools.bench.navigation.drawing import apartment_seeds
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
+from onemap_tools.bench.navigation.planning import planning_lines, planning_times
 from onemap_tools.bench.navigation.results import (
     EPISODE,
     EpisodeRecord,
@@ -31,7 +32,11 @@ from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.latency import NO_LATENCIES, Latencies
 
 DESCRIBED = ("onemap", "oracle")  # find the one of several that is meant
-lines = table_lines
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The result for people."""
+    return planning_lines(result) if result["benchmark"] == "planning" else table_lines(result)
 
 
 def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:
@@ -55,7 +60,7 @@ def described(options: NavigationBench) -> dict[str, Any]:
     """The options as a JSON object, with the settings of the services."""
     document = asdict(options)
     # What says nothing of the task, or is told by its content:
-    for name in ("as_json", "workers", "out", "beside", "config", "latency"):
+    for name in ("as_json", "workers", "out", "beside", "config", "latency", "planning"):
         del document[name]
     if options.goals == "names":
         del document["goals"]
@@ -86,6 +91,8 @@ def _config(options: NavigationBench, seed: int) -> SystemConfig:
 
 def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:
     """Run what is not yet in the folder; the summary, in which only times of this machine vary."""
+    if options.planning:
+        return planning_times(options.planning, options.seed)
     started_s = time.perf_counter()
     asked, document = setups(options), described(options)
     plain = json.loads(json.dumps(document))
