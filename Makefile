@@ -33,8 +33,9 @@ $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing OneMap's demo into $(VENV) (once; torch is the large part)"
 	torch=$$($(BIN)/python deploy/torch_index.py $(TORCH)) && \
 	  $(PIP_INSTALL) $$torch -c constraints.txt -e '.[demo]'
-	@echo "Compiling the map's kernels (half a minute, once)"
+	@echo "Compiling kernels (half a minute, once)"
 	$(BIN)/python -m onemap_mapper.warm_up
+	$(BIN)/python -m onemap_planner.warm_up
 	touch $@
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
@@ -65,6 +66,7 @@ unit:
 # Before workers and the services that they start would each compile them for half a minute.
 kernels:
 	$(BIN)/python -m onemap_mapper.warm_up
+	$(BIN)/python -m onemap_planner.warm_up
 
 tests: kernels
 	$(BIN)/pytest $(PARALLEL)

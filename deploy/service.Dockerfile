@@ -85,8 +85,8 @@ RUN --mount=from=build,target=/build --mount=from=wheel,source=/onemap,target=/o
        done
 ENV NUMBA_CACHE_DIR=/var/cache/onemap
 USER onemap
-# The mapper's loops are compiled here, not at its first start.
-RUN case ",${EXTRAS}," in *,mapper,*) python -m onemap_mapper.warm_up ;; esac
+# Loops are compiled here, not at the first start.
+RUN case ",${EXTRAS}," in *,mapper,*|*,planner,*) python -m "onemap_${EXTRAS}.warm_up" ;; esac
 # So that the image runs on its own; compose.yaml mounts the folder over it, to be edited.
 COPY deploy/config /etc/onemap
 WORKDIR /var/lib/onemap

@@ -223,7 +223,7 @@ uninstall() {
   fi
   run rm -rf "$units"/onemap*.service "$units"/onemap*.target "$units"/onemap-*.service.d \
     "$declarations"/sysusers.d/onemap.conf "$declarations"/tmpfiles.d/onemap.conf \
-    "$prefix/versions" "$prefix/current" "$prefix/previous" "$root/var/cache/onemap-mapper"
+    "$prefix/versions" "$prefix/current" "$prefix/previous" "$root"/var/cache/onemap-{mapper,planner}
   run systemctl daemon-reload
   if $purge; then
     run rm -rf "$configuration" "$state" "$prefix"
@@ -372,11 +372,12 @@ for unit in "${enabled[@]:1}"; do
   as_unit "$version" "$unit" "$stage"
 done
 run rm -rf "$stage"
-if [[ " ${names[*]} " == *" mapper "* ]]; then
-  say "Compiling the mapper's kernels, which takes a minute or two"
-  run runuser -u onemap-mapper -g onemap -- env NUMBA_CACHE_DIR="$root/var/cache/onemap-mapper" \
-    "$venv/bin/python" -m onemap_mapper.warm_up
-fi
+for name in mapper planner; do
+  [[ " ${names[*]} " == *" $name "* ]] || continue
+  say "Compiling the $name's kernels, which takes a minute or two"
+  run runuser -u "onemap-$name" -g onemap -- env NUMBA_CACHE_DIR="$root/var/cache/onemap-$name" \
+    "$venv/bin/python" -m "onemap_$name.warm_up"
+done
 run touch "$venv/complete"
 trap - EXIT
 

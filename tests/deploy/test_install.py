@@ -137,7 +137,8 @@ def test_a_first_installation_has_units_configuration_and_says_how_to_start(
     assert shipped <= {path.name for path in configuration.rglob("*.yaml")}
     assert (configuration / "router.json5").stat().st_mode & 0o777 == 0o644
     assert any(line.startswith("onemap --version") for line in machine.log)
-    assert any("onemap_mapper.warm_up" in line for line in machine.log)
+    for name in ("mapper", "planner"):
+        assert any(f"onemap_{name}.warm_up" in line for line in machine.log)
     page = machine.root / "opt/onemap/current/share/doc/onemap/jetson.md"
     assert page.exists()  # named by Documentation= of every unit
 

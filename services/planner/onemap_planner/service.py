@@ -28,10 +28,12 @@ from onemap_planner.sentences import (
     PLANNER_STOPPED,
     interrupted,
 )
-from onemap_shared import keys
+from onemap_planner.warm_up import COMPILATION_S, warm_up
+from onemap_shared import jit, keys
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState, SearchStatus, VelocityCommand
 from onemap_shared.rates import RateMeter
+from onemap_shared.runner import StartReport
 from onemap_shared.transport import (
     Bus,
     Counters,
@@ -322,6 +324,9 @@ class Planner:
         self._recorder.add(RecordedStep(step, pose.xy if pose else None, self._trail.take()))
 
 
-def build(bus: Bus, config: PlannerConfig) -> Worker:
-    """The planner's worker on this bus."""
+def build(bus: Bus, config: PlannerConfig, start: StartReport | None = None) -> Worker:
+    """The planner's worker on this bus; ``start`` says there what takes long until it is there."""
+    start = start or StartReport("planner", bus.clock)
+    with jit.announced(start.takes, COMPILATION_S, LOG.info):
+        warm_up()
     return Planner(bus, config)

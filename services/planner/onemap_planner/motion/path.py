@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from skimage.graph import MCP_Geometric
 
-from onemap_shared.geometry import F64, I16, I64, Bool
+from onemap_planner.world.least_costs import I8, LENGTHS, STEPS, least_costs, walked
+from onemap_shared.geometry import F64, I64, Bool
 
 TOUCH = 1e-9  # cells: a line that is shorter inside a cell meets its corner only
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
@@ -31,17 +30,15 @@ class CostToGo:
     cell_size_m: float
 
     @cached_property
-    def _found(self) -> tuple[Any, F64, I16]:
-        """The MCP_Geometric that holds the predecessors; costs (nx, ny) in metres; and (nx, ny) the
-        number of the step that leads to a cell."""
-        paths = MCP_Geometric(self.cost, fully_connected=True)
-        cost_cells, back = paths.find_costs(self.cells.tolist())
-        return paths, self.cell_size_m * cost_cells, back
+    def _found(self) -> tuple[F64, I8]:
+        """Costs (nx, ny) in metres, and the number of the step that leads to a cell."""
+        cost_cells, back = least_costs(self.cost, self.cells)
+        return self.cell_size_m * cost_cells, back
 
     @property
     def cost_m(self) -> F64:
         """Effort (nx, ny) in metres (a metre in the open costs one), infinity without a path."""
-        return self._found[1]
+        return self._found[0]
 
     def or_same(self, earlier: CostToGo | None) -> CostToGo:
         """The earlier one if it is of the same cells and costs: it may know the paths already."""
@@ -52,29 +49,19 @@ class CostToGo:
 
     def path_to(self, cell: tuple[int, int]) -> I64:
         """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""
-        return np.asarray(self._found[0].traceback(cell), dtype=np.int64)
+        back, path = self._found[1], [cell]
+        while (step := int(back[path[-1]])) >= 0:
+            (x, y), (dx, dy) = path[-1], STEPS[step].tolist()
+            path.append((x - dx, y - dy))
+        return np.array(path[::-1], np.int64)
 
     def length_m(self, cell: tuple[int, int]) -> float:
         """Length in metres of the cheapest path to ``cell``, which must be reachable."""
-        steps = np.diff(self.path_to(cell)[::-1], axis=0)  # summed as by ``lengths_m``
-        return float(np.cumsum([0.0, *(self.cell_size_m * np.hypot(*steps.T))])[-1])
+        return float(self.lengths_m(np.array([cell]))[0])
 
     def lengths_m(self, cells: I64) -> F64:
-        """Lengths (N,) in metres of the cheapest paths to ``cells`` (N, 2), all reachable.
-
-        All paths are walked back at the same time: one by one it took most of the planning time.
-        """
-        paths, _, back = self._found
-        steps = np.vstack([paths.offsets, (0, 0), (0, 0)])  # -1: the start, -2: no path
-        metres = self.cell_size_m * np.hypot(*steps.T)
-        flat, strides = back.T.ravel(), np.array([1, len(back)])
-        at, jumps, lengths = cells @ strides, steps @ strides, np.zeros(len(cells))
-        while True:
-            step = flat[at]
-            if step.max(initial=-1) < 0:
-                return lengths
-            at -= jumps[step]
-            lengths += metres[step]
+        """Lengths (N,) in metres of the cheapest paths to ``cells`` (N, 2), all reachable."""
+        return walked(self._found[1], cells, self.cell_size_m * LENGTHS)
 
 
 def cost_to_go_from(cost: F64, cell: tuple[int, int], *, cell_size_m: float) -> CostToGo:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ from onemap_planner.world.keep_out import KeepOut
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.jit import compiled
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 from onemap_shared.places import NO_ZONES, Zones
@@ -167,8 +168,8 @@ def build_costmap(
     earlier_xy = trail_xy[:-RECENT_POINTS]
     # What is known: obstacles, floor, floor that was assumed, and what is missing of it.
     seen_free = map_view.occupancy == Occupancy.FREE
-    driven = _around(grid, earlier_xy, radius_m)
-    covered = _around(grid, earlier_xy, radius_m - size)  # as a whole, wherever in its cell it was
+    driven = _disc(grid, earlier_xy, radius_m)
+    covered = _disc(grid, earlier_xy, radius_m - size)  # as a whole, wherever in its cell it was
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, beside.obstacles_xy)
     unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
     beside_m = distances_m(map_view.drops, size, params.beside_drop_m)
@@ -180,11 +181,10 @@ def build_costmap(
     unseen &= ~blind
     # Inflation: N, and what a metre through it costs.
     clearance_m = distances_to_edge_m(occupied, size)
-    unseen_m = distances_to_edge_m(unseen, size)
+    unseen_m = distances_to_edge_m(unseen, size, params.min_clearance_m)
     navigable = free & (clearance_m >= params.min_clearance_m)
     navigable &= ~_near_unknown(free | occupied, size, params)
-    cost = np.full(grid.shape, IMPASSABLE)
-    cost[navigable] = _effort(clearance_m[navigable], unseen_m[navigable], params)
+    cost = _effort(navigable, clearance_m, unseen_m, _Effort.of(params))
     # Besides N: the way that the robot came, and out of a pocket that it is in.
     drop_m = distances_m(drops, size, radius_m + size) - size / 2
     on_floor = drop_m >= min(radius_m, float(drop_m[tuple(robot)]))
@@ -238,8 +238,9 @@ def _blind_spot(
     if ran_into_m <= params.blind_m + params.radius_m:
         return np.zeros_like(assumed)
     blind: Bool = assumed.copy()
-    away = np.hypot(*(np.argwhere(assumed) - grid.cells(start_xy)).T)
-    blind[assumed] = away * grid.cell_size_m <= params.blind_m
+    if assumed.any():
+        away = np.hypot(*(np.argwhere(assumed) - grid.cells(start_xy)).T)
+        blind[assumed] = away * grid.cell_size_m <= params.blind_m
     return blind
 
 
@@ -295,14 +296,34 @@ def _escape_cost(clearance_m: F64, cell_size_m: float, params: CostmapParams) ->
     return cost
 
 
-def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
-    """Metres of effort per metre (n,), from the distances (n,) to obstacles and unseen cells."""
-    needed = params.min_clearance_m
-    enough = needed + params.inflation_m
-    proximity = np.clip((enough - clearance_m) / (enough - needed), 0.0, 1.0)
-    exposed = np.clip(1.0 - unseen_m / needed, 0.0, 1.0)
-    effort: F64 = 1.0 + params.inflation_weight * proximity**2 + params.unseen_weight * exposed
-    return effort
+class _Effort(NamedTuple):
+    """Metres of clearance that are needed, and that are enough; weights, see ``CostmapParams``."""
+
+    needed_m: float
+    enough_m: float
+    inflation: float
+    unseen: float
+
+    @classmethod
+    def of(cls, params: CostmapParams) -> _Effort:
+        needed_m = params.min_clearance_m
+        enough_m = needed_m + params.inflation_m
+        return cls(needed_m, enough_m, params.inflation_weight, params.unseen_weight)
+
+
+@compiled
+def _effort(navigable: Bool, clearance_m: F64, unseen_m: F64, params: _Effort) -> F64:
+    """Metres of effort per metre (nx, ny) through N, from the distances to obstacles and unseen
+    cells; ``IMPASSABLE`` elsewhere."""
+    cost = np.full(navigable.shape, IMPASSABLE)
+    band_m = params.enough_m - params.needed_m
+    for x in range(navigable.shape[0]):
+        for y in range(navigable.shape[1]):
+            if navigable[x, y]:
+                near = min(max((params.enough_m - clearance_m[x, y]) / band_m, 0.0), 1.0)
+                exposed = min(max(1.0 - unseen_m[x, y] / params.needed_m, 0.0), 1.0)
+                cost[x, y] = 1.0 + params.inflation * near**2 + params.unseen * exposed
+    return cost
 
 
 def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Bool:
@@ -323,6 +344,14 @@ def _mark(grid: GridSpec, points_xy: F64, around: I64 = HERE) -> Bool:
     cells = cells[grid.contains(cells)]
     mask[cells[:, 0], cells[:, 1]] = True
     return mask
+
+
+def _disc(grid: GridSpec, points_xy: F64, within_m: float) -> Bool:
+    """As ``_around``, for a few cells around each point."""
+    reach = max(int((within_m + ROUNDING_M) / grid.cell_size_m), 0)
+    around = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
+    near = np.hypot(*around.T) * grid.cell_size_m <= within_m + ROUNDING_M
+    return _mark(grid, points_xy, around[near])
 
 
 def _around(grid: GridSpec, points_xy: F64, within_m: float) -> Bool:

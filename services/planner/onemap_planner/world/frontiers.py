@@ -14,8 +14,9 @@ import numpy as np
 
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import CONNECTIVITY_8, MapView
-from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.jit import compiled
 from onemap_shared.messages import Occupancy
 
 MIN_LENGTH_M = 0.4  # shorter borders are gaps that the robot cannot pass
@@ -160,8 +161,20 @@ class _Segments:
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
     """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
     _, parts = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
-    large = np.bincount(parts.ravel()) * cell_area_m2 >= least_m2
-    kept: Bool = mask & large[parts]
+    return _in_large(mask, parts.astype(np.int32, copy=False), least_m2 / cell_area_m2)
+
+
+@compiled
+def _in_large(mask: Bool, parts: I32, least: float) -> Bool:
+    """Which cells of the mask are in one of the parts (nx, ny), numbered, of so many cells."""
+    sizes = np.zeros(parts.max() + 1, np.int64)
+    kept: Bool = mask.copy()
+    for x in range(mask.shape[0]):
+        for y in range(mask.shape[1]):
+            sizes[parts[x, y]] += mask[x, y]
+    for x in range(mask.shape[0]):
+        for y in range(mask.shape[1]):
+            kept[x, y] = mask[x, y] and sizes[parts[x, y]] >= least
     return kept
 
 
@@ -175,23 +188,37 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) 
     lacking = np.full(np.add(unexplored.shape, 2), -np.inf)  # nothing goes on into other cells
     similarity = np.nan_to_num(map_view.similarity[unexplored], nan=0.0).astype(np.float64)
     lacking[unpadded][unexplored] = np.maximum(1.0 - similarity, 1e-9)
-    flat, most = lacking.ravel(), 1.0 - LEAST_SIMILARITY
+    most = 1.0 - LEAST_SIMILARITY
     decays = np.hypot(*NEIGHBOURS.T) * decay_per_m * map_view.grid.cell_size_m
     jumps = NEIGHBOURS @ np.array([unexplored.shape[1] + 2, 1])
-    less = np.isfinite(flat)
-    while less.any():
-        cells = np.flatnonzero(less)
-        cells = cells[flat[cells] <= most]
-        passed_on, less = flat[cells], np.zeros(flat.shape, bool)
-        for jump, decay in zip(jumps, decays, strict=True):
-            there, left = cells + jump, passed_on + decay
-            better = left < flat[there]
-            flat[there[better]] = left[better]
-            less[there[better]] = True
+    _pass_on(lacking.ravel(), jumps, decays, most)
     lost = lacking[unpadded][unexplored]
     value = np.zeros(unexplored.shape)
     value[unexplored] = np.where(lost <= most, np.clip(1.0 - lost, 0.0, 1.0), 0.0)
     return value
+
+
+@compiled
+def _pass_on(lacking: F64, jumps: I64, decays: F64, most: float) -> None:
+    """Lower what flat cells lack (N,) to that of a neighbour and the step, where it is ``most`` at
+    most; a cell waits for its turn in a ring at most once."""
+    ring, waits = np.empty(lacking.size, np.int64), np.zeros(lacking.size, np.bool_)
+    first, count = 0, 0
+    for cell in range(lacking.size):
+        if -np.inf < lacking[cell] <= most:
+            ring[count], waits[cell] = cell, True
+            count += 1
+    while count > 0:
+        cell = ring[first]
+        waits[cell] = False
+        first, count = (first + 1) % ring.size, count - 1
+        for step in range(len(jumps)):
+            there, left = cell + jumps[step], lacking[cell] + decays[step]
+            if left < lacking[there]:
+                lacking[there] = left
+                if left <= most and not waits[there]:
+                    ring[(first + count) % ring.size], waits[there] = there, True
+                    count += 1
 
 
 def _beside(mask: Bool) -> Bool:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from skimage.graph import MCP_Geometric
 
 from onemap_planner.world.distances import distances_to_edge_m
+from onemap_planner.world.least_costs import least_costs
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.places import Zones
@@ -53,8 +53,7 @@ class KeepOut:
         way_out_m = np.where(closed, np.inf, 0.0)
         ends = np.argwhere(passable & ~closed)
         if len(ends):
-            paths = MCP_Geometric(np.where(passable, 1.0, -1.0), fully_connected=True)
-            lengths, _ = paths.find_costs(ends.tolist())
+            lengths, _ = least_costs(np.where(passable, 1.0, -1.0), ends)
             way_out_m = np.where(closed, lengths * size, 0.0)
         cells_xy = grid.centres(np.argwhere(mask) - pad)
         return cls(grid, cells_xy, clearance_m, closed, way_out_m)
