@@ -122,7 +122,9 @@ class Planner:
                 self._planning_thread.forget_finds()
         new_plan = self._planning_thread.result.plan is not self._controlled.plan
         if new_plan or now_s >= self._next_control_s:
-            self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
+            period_s = 1.0 / self._config.control_hz  # also after a new plan, which came early
+            due_s = min(self._next_control_s, now_s) + period_s
+            self._next_control_s = max(due_s, now_s)
             self._control_rate = self._control_rate.with_event(now_s)
             self._inputs = with_members(self._inputs, self._bus.members(), now_s)
             for beats in self._beats:

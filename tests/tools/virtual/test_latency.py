@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from onemap_shared import keys
@@ -40,7 +41,7 @@ Ages = dict[str, list[float]]
 
 def searched(folder: Path, seconds: float = 2.0, **changes: Any) -> tuple[int, Ages]:
     """The trace of a search, and how long after each frame's capture, in milliseconds, the
-    messages came that the newest frame by then had led to."""
+    messages came that the newest frame by then had led to; of commands, when they came."""
     latencies = changes.pop("latencies", Latencies())
     options = replace(OPTIONS, **changes)
     setup = setups(options)[0]
@@ -55,12 +56,14 @@ def searched(folder: Path, seconds: float = 2.0, **changes: Any) -> tuple[int, A
         latencies=latencies,
         link=link_of(options),
     )
-    ages: Ages = {topic.key: [] for topic in STREAMS}
+    ages: Ages = {topic.key: [] for topic in (*STREAMS, keys.ROBOT_CMD_VEL)}
     shown_ns = 0
     with closing(WatchedSearch(equipment, 2)) as search:
 
         def hear(key: str, packet: Packet) -> None:
             nonlocal shown_ns
+            if key == keys.ROBOT_CMD_VEL.key:
+                ages[key].append(search.world.now_ns * 1e-6)
             for topic in STREAMS:
                 if key != topic.key:
                     continue
@@ -81,6 +84,13 @@ def test_without_latencies_what_a_frame_leads_to_comes_at_once(tmp_path: Path) -
     _, ages = searched(tmp_path / "search")
     for topic in STREAMS:
         assert max(ages[topic.key]) < 1.0, topic.key
+
+
+def test_commands_come_each_period_also_after_a_new_plan(tmp_path: Path) -> None:
+    _, ages = searched(tmp_path / "search")
+    times = ages[keys.ROBOT_CMD_VEL.key]
+    assert len(times) > 40
+    assert max(np.diff(times)) < 51.0
 
 
 def test_each_stage_comes_as_late_as_it_computes(tmp_path: Path) -> None:
