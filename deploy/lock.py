@@ -6,7 +6,7 @@
 
 pip resolves the packages of a role within constraints.txt, as it would in the image, and its
 report holds the hash of each file. The files are those for the machine and the Python that run
-this: 3.11 on x86_64 for the locks in the repository. Needs a package index and pip 23.1 or newer,
+this: 3.11 on x86_64 for the locks in the repository. Needs a package index and a recent pip (26),
 so it is no test; run it when pyproject.toml or constraints.txt changed.
 """
 

@@ -38,8 +38,8 @@ COMES_WITH = {
     "pydantic": {"pydantic_core"},
 }
 OPTIONAL = {  # imported when installed, with a clear sentence when not
-    # JPEG, over thin links; beliefs, of mapper and planner only
-    "shared": {"cv2", "scipy"},
+    # JPEG, over thin links; beliefs and compiled loops, of mapper and planner only
+    "shared": {"cv2", "scipy", "numba"},
     "perception": {
         "tokenizers",
         "safetensors",
@@ -90,6 +90,26 @@ def test_a_package_imports_only_what_the_base_and_its_extra_install(package: str
     allowed = modules_of([*PROJECT["dependencies"], *extra]) | OPTIONAL.get(package, set())
     imported = third_party(folders(ROOT)[f"onemap_{package}"])
     assert {name: place for name, place in imported.items() if name not in allowed} == {}
+
+
+USED_BY_OTHERS = {  # without being imported here
+    "gateway": {"websockets"},  # uvicorn
+    "simulator": {"embreex", "PIL"},  # trimesh: rays, textures
+}
+
+
+@pytest.mark.parametrize(
+    "package", ["perception", "mapper", "planner", "gateway", "simulator", "ros2"]
+)
+def test_an_extra_installs_only_what_its_package_imports(package: str) -> None:
+    imported = {
+        name
+        for each in (package, "shared")
+        for name in third_party(folders(ROOT)[f"onemap_{each}"])
+    }
+    asked = modules_of(PROJECT["optional-dependencies"][package])
+    brought = set().union(*COMES_WITH.values())
+    assert asked - brought - imported <= USED_BY_OTHERS.get(package, set())
 
 
 ONLY = """
