@@ -280,7 +280,7 @@ def test_a_frame_of_before_is_not_fused_into_another_map(
         return compute_update(*arguments, **options)
 
     with monkeypatch.context() as patched:
-        patched.setattr("onemap_mapper.service.compute_update", interrupted)
+        patched.setattr(rig.mapper, "_compute", interrupted)
         rig.feed(sofa_ahead(1))
     assert rig.newest().frames_fused == int(loads)
     rig.feed(sofa_ahead(2))
