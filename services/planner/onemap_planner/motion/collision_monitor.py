@@ -311,8 +311,8 @@ class _Surroundings:
         has to where noise narrowed a door; and a path that passes an obstacle may come ``CORNER_M``
         nearer: without that the robot stood for ever a millimetre before a corner.
         """
-        size = self.costmap.grid.cell_size_m
-        if len(self.drops) and self._covers(points, self.drops, self.costmap.params.radius_m):
+        size, beside_m = self.costmap.grid.cell_size_m, self.costmap.params.radius_m + SLACK_M
+        if self._covers(points, self.drops, beside_m):  # between two points too
             return False
         if (edge_distance(points, self.unknown, size) < self.unknown_m).any():
             return False
