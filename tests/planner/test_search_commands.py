@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
     Detail,
     Place,
@@ -87,7 +88,7 @@ def test_no_search_starts_for_a_caller_that_gave_up(services: SimulatedServices)
         services.get()
 
 
-@pytest.mark.parametrize("another", ["driver", "map", "planner"])
+@pytest.mark.parametrize("another", ["driver", "map", "planner", "jump", "beside"])
 def test_nobody_is_sent_to_coordinates_of_before(services: SimulatedServices, another: str) -> None:
     """Neither back to where the robot stood, nor once more to the place of a drive."""
     for _ in range(3):
@@ -101,6 +102,10 @@ def test_nobody_is_sent_to_coordinates_of_before(services: SimulatedServices, an
         services.restart_driver(named=True, joined=False)
     elif another == "map":
         services.count = 0
+    elif another == "jump":
+        services.pose = pose_2d(2.0, 2.6, 0.0)
+    elif another == "beside":
+        services.offset_m = 0.4
     else:
         services.planner.close()
         services.planner_bus.close()

@@ -82,7 +82,8 @@ class LatestInputs:
     objects_version: that count, and the version of this map's places and finds; exchange_count: of
     these, those that took the place of another in a running mapper; stages: the processes of
     perception and mapper, and stages_at_s when they last changed; start: what one of them says
-    about its start, and start_at_s when; loop and delay: how long commands and odometry travel;
+    about its start, and start_at_s when; jump_count: how often the robot was found beside where it
+    was, by its pose or by what the map sees; loop and delay: how long commands and odometry travel;
     mixed: why messages of several robots or mappers come, empty if they do not; driver: who drives
     the robot; camera: of the robot, and offset_m, see ``MapRevision``, as the mapper last told
     them; reached and hold: what the robot's own navigation says, see ``Odometry``.
@@ -101,6 +102,7 @@ class LatestInputs:
     map_version: tuple[int, int] = (0, 0)
     map_count: int = 0
     exchange_count: int = 0
+    jump_count: int = 0
     places_version: tuple[int, int] = (0, 0)
     objects_version: tuple[int, int] = (0, 0)
     map_rate: RateMeter = field(default_factory=RateMeter)
@@ -189,7 +191,7 @@ def _with_way(inputs: LatestInputs, pose: Pose2d, speed_mps: float, now_s: float
         return replace(inputs, counted_xy=pose.xy)
     since_s = min(now_s - inputs.odometry.at_s, JUMP_S)
     if pose.distance_to(inputs.pose.xy) > JUMP_M + JUMP_MPS * since_s:
-        return replace(inputs, counted_xy=pose.xy)
+        return replace(inputs, counted_xy=pose.xy, jump_count=inputs.jump_count + 1)
     way_m = pose.distance_to(inputs.counted_xy)
     if speed_mps <= MIN_SPEED_MPS and way_m < COUNTED_M:
         return inputs
@@ -237,6 +239,7 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
     revisions = message.revision - inputs.map_version[0]
     frames = message.frames_fused - inputs.map_version[1]
     another = message.map_id != inputs.map_id
+    beside = message.offset_m > 0.0 and inputs.offset_m == 0.0
     if not message.map_id:
         another = inputs.revision is None or frames < 0 or frames > revisions
     return replace(
@@ -251,4 +254,5 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         exchange_count=inputs.exchange_count + (another and revisions > 0),
         camera=message.camera[0] if message.camera else inputs.camera,
         offset_m=message.offset_m,
+        jump_count=inputs.jump_count + beside,
     )

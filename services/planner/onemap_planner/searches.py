@@ -190,7 +190,7 @@ class SearchCommands:
         names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
-        driver, map_count = self._frame()
+        driver, map_count, jump_count = self._frame()
         if request.kind is not SearchKind.FIND and request.continues:
             self._reject_coordinates_of_before(request.continues)
         _reject_if_late(request, self._clock.monotonic_s() - began_s)
@@ -210,6 +210,7 @@ class SearchCommands:
             after=request.after,
             driver=driver,
             map_count=map_count,
+            jump_count=jump_count,
         )
         return self._status_of(self._registry.start(search, synonyms))
 
@@ -257,14 +258,14 @@ class SearchCommands:
             )
         return replace(known, status=status)
 
-    def _frame(self) -> tuple[int, int]:
-        """Counts of the driver and the map whose coordinates are used now; the first, if none was
-        heard yet."""
+    def _frame(self) -> tuple[int, int, int]:
+        """Counts of the driver and the map whose coordinates are used now, the first if none was
+        heard yet, and of the jumps of the robot's pose so far."""
         inputs = self._inputs()
-        return max(inputs.driver.count, 1), max(inputs.map_count, 1)
+        return max(inputs.driver.count, 1), max(inputs.map_count, 1), inputs.jump_count
 
     def _has_frame_of_now(self, search: sm.Search) -> bool:
-        return (search.driver, search.map_count) == self._frame()
+        return (search.driver, search.map_count, search.jump_count) == self._frame()
 
     def _reject_coordinates_of_before(self, search_id: str) -> None:
         """Reject a drive to the place of a search whose coordinates may be another place now."""
@@ -274,7 +275,8 @@ class SearchCommands:
         raise RequestRejected(
             "conflict",
             "the planner, the robot's driver or the map is another one since that search began, "
-            "and its coordinates may be another place now: say again where to drive",
+            "or the robot's position jumped, and its coordinates may be another place now: say "
+            "again where to drive",
         )
 
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:

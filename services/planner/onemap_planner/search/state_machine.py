@@ -156,13 +156,13 @@ class Search:
     last decision where to drive, without options when it is over. slow: why the robot creeps, and
     what helps; empty if it does not. details: what is said of each object, or nothing of any;
     stay_out: names of places that the robot does not enter. driver: the life of the robot's driver
-    that it was accepted for, as ``DriverLife`` counts them; map_count: the same of the map, as
-    ``LatestInputs`` does. continues: id of the ended search whose
-    rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its end,
-    None before. passed: things of the present object's name that are left aside. start_xy: where
-    the robot stood when it was accepted, None without odometry; start_lost: its pose
-    jumped since, so that this may be another place; way_back: once it returns there, by
-    ``after``; returned_m: metres driven for that.
+    that it was accepted for, as ``DriverLife`` counts them; map_count and jump_count: the same of
+    the map and of jumps of the pose, as ``LatestInputs`` does. continues: id of the ended search
+    whose rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its
+    end, None before. passed: things of the present object's name that are left aside. start_xy:
+    where the robot stood when it was accepted, None without odometry; start_lost: its pose jumped
+    since, so that this may be another place; way_back: once it returns there, by ``after``;
+    returned_m: metres driven for that.
     """
 
     search_id: str
@@ -182,6 +182,7 @@ class Search:
     stay_out: tuple[str, ...] = ()
     driver: int = 1
     map_count: int = 1
+    jump_count: int = 0
     continues: str = ""
     began_s: float = 0.0
     took_s: float | None = None
