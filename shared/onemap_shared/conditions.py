@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.grid import GridSpec, area_mask
+from onemap_shared.grid import GridSpec, area_mask, onto
 from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import (
     CheckedCondition,
@@ -30,7 +30,7 @@ from onemap_shared.messages import (
     RelationKind,
 )
 from onemap_shared.names import a, same_name, the
-from onemap_shared.places import place_at
+from onemap_shared.places import may_be_in, place_at
 from onemap_shared.sight import in_sight
 
 LIKELY = 0.5  # of the kernel times a probability, or of a thing's cells
@@ -230,7 +230,7 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Checke
         what = f"not in {the(name)}"
         if name in around.settled and _is_in(cells, around.settled[name], around):
             yield CheckedCondition(what, Holds.NO, f"in {the(name)}")
-        elif name in around.shown and _is_in(cells, around.shown[name], around):
+        elif name in around.shown and _may_be_in(cells, name, around):
             perhaps = f"perhaps in {the(name)}: {NOT_SETTLED}"
             yield CheckedCondition(what, Holds.NOT_CHECKED, perhaps)
         elif name in around.shown:
@@ -239,6 +239,15 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Checke
             yield CheckedCondition(what, Holds.YES, f"in {the(here)}, {what}")
         else:
             yield CheckedCondition(what, Holds.NOT_KNOWN, f"perhaps in {the(name)}: {NOT_SHOWN}")
+
+
+def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:
+    """Whether the cells (K, 2) may turn out to be in a place that the map shows."""
+    if _is_in(cells, around.shown[name], around):
+        return True
+    grid, places = around.grid, around.places
+    unseen = onto(places.grid, grid, around.occupancy, Occupancy.UNKNOWN) == Occupancy.UNKNOWN
+    return may_be_in(places, name, grid.centres(cells).mean(axis=0), unseen)
 
 
 def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from onemap_shared.geometry import F64, I32, Bool
 from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind
 
 NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
+SPECK_M = 0.3  # what was not seen and is narrower hides no wall, and no way
 NAMED_M = 0.3  # from the point that names a room to the part of it that it names
 NOWHERE = MapPlaces(0, -1, (), (), GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
 
@@ -70,6 +72,29 @@ def place_mask(
         part = room_at(parts, places.grid, place.inside_m, NAMED_M)
         cells = (parts == part) & (part != NO_ROOM)
     return onto(grid, places.grid, cells)
+
+
+def may_be_in(places: MapPlaces, name: str, point_m: Sequence[float], unseen: Bool) -> bool:
+    """Whether x, y may turn out to be in the room of a name, though the map has it in no or another
+    one: floor that was not seen lies between.
+
+    unseen: (nx, ny) of the grid of the places; what is narrower than ``SPECK_M`` hides no way.
+    """
+    _, room = places.get(name) or (None, NO_ROOM)
+    here = room_at(places.ids, places.grid, point_m)
+    if NO_ROOM in (room, here):
+        return room != NO_ROOM
+    speck = round(SPECK_M / places.grid.cell_size_m)
+    ids = np.pad(places.ids, speck, constant_values=NO_ROOM)
+    unseen = np.pad(unseen, speck, constant_values=True)
+    spaces, _ = ndimage.label(ndimage.binary_opening(unseen, np.ones((speck, speck))))
+    joined, before = np.array([room]), 0
+    while before < len(joined):
+        before = len(joined)
+        beside = ndimage.binary_dilation(np.isin(ids, joined)) & (spaces > 0)
+        beyond = ndimage.binary_dilation(np.isin(spaces, np.unique(spaces[beside])))
+        joined = np.union1d(joined, np.setdiff1d(ids[beyond], NO_ROOM))
+    return here in joined
 
 
 def polygon_mask(corners_m: F64, grid: GridSpec, *, in_part: bool = False) -> Bool:

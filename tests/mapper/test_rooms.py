@@ -153,6 +153,20 @@ def test_whether_it_is_beyond_a_door_is_told_once_the_walls_are_seen() -> None:
     assert holds_of_chair_in_the_first_room(free, walls, outside)[0] is Holds.YES
 
 
+def test_what_unseen_floor_parts_from_a_room_may_be_in_it() -> None:
+    free, walls = plan()
+    seen, beyond = np.ones(SHAPE, bool), np.ones(SHAPE, bool)
+    seen[35:45, 5:25] = False  # the door, and what is beside it
+    beyond[:10] = False  # the other end of the chair's room
+    outside = Detail(outside=("study",))
+    assert holds_of_chair_in_the_first_room(free & seen, walls & seen, outside) == (
+        Holds.NOT_CHECKED,
+        "perhaps in the study: its walls are not all seen yet",
+    )
+    told = holds_of_chair_in_the_first_room(free & beyond, walls & beyond, outside)
+    assert told == (Holds.YES, "not in the study")
+
+
 def test_what_is_in_one_part_of_a_room_is_in_it() -> None:
     wide = plan(slice(10, 30))
     inside, outside = Detail(inside=("study",)), Detail(outside=("study",))

@@ -28,10 +28,10 @@ from onemap_shared.messages import (
     SearchView,
 )
 from onemap_shared.messages.checks import without
+from onemap_shared.places import SPECK_M
 
 WALL_M = 0.8  # a shorter straight run is the side of a cupboard
 CROSSING_M = 0.5  # a run that meets this much of a wall across it ends there, not at a door
-SPECK_M = 0.3  # what was not seen and is narrower hides no wall
 DOOR_M = (0.5, 1.7)  # a gap in a wall: narrower ones were not seen, wider ones are rooms
 MIN_ROOM_M2 = 2.0  # less is a niche beside a cupboard and belongs to its neighbour
 EXACT_DEG = 1.0  # a wall of 6 m then leaves its row of cells by one
