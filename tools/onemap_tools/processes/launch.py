@@ -26,7 +26,6 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 # STOP_LIMIT_S ends by itself and says where.
 GRACE_S = STOP_LIMIT_S + 5.0
 RESTART_S = 3.0  # from its end to its next start
-POLL_S = 0.01
 TAIL_LINES = 12
 TAIL_BYTES = 8192
 THREAD_VARIABLES = (
@@ -166,13 +165,12 @@ class Processes:
         """
         ended = []
         for child in self._children:
-            if child.process is None or not has_ended(child.process):
+            if child.process is None or (code := child.process.poll()) is None:
                 continue
-            code = _end_group(child.process)
-            child.process = None
-            child.due_s = now_s + RESTART_S
-            last_lines, first = tail(child.log), child.starts == 1
-            ended.append(ProcessExit(child.spec.name, code, child.log, last_lines, first))
+            signal_group(child.process.pid, signal.SIGKILL)
+            child.process, child.due_s = None, now_s + RESTART_S
+            first = child.starts == 1
+            ended.append(ProcessExit(child.spec.name, code, child.log, tail(child.log), first))
         return ended
 
     def restart(self, now_s: float) -> list[str]:
@@ -187,31 +185,26 @@ class Processes:
 
         Takes as long as the slowest of them, which may write what it holds.
         """
-        first = [child for child in self._children if not child.spec.last]
-        last = [child for child in self._children if child.spec.last]
-        for group in (first, last):
-            running = [c.process for c in group if c.process is not None]
+        for last in (False, True):
+            group = [child for child in self._children if child.spec.last is last]
+            running = [child.process for child in group if child.process is not None]
             for child in group:
                 child.process = child.due_s = None
             for process in running:
                 signal_group(process.pid, signal.SIGTERM)
             deadline_s = time.monotonic() + GRACE_S
-            while time.monotonic() < deadline_s and not all(map(has_ended, running)):
-                time.sleep(POLL_S)
             for process in running:
-                _end_group(process)
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(max(deadline_s - time.monotonic(), 0.0))
+            for process in running:
+                signal_group(process.pid, signal.SIGKILL)
+                process.wait()
 
     def kill(self) -> None:
         """Kill all at once."""
         for child in self._children:
             if child.process is not None:
                 signal_group(child.process.pid, signal.SIGKILL)
-
-
-def _end_group(process: subprocess.Popen[bytes]) -> int:
-    """Kill what is left of a process's group, wait for its end; returns the exit code."""
-    signal_group(process.pid, signal.SIGKILL)
-    return process.wait()
 
 
 def tail(log: Path, lines: int = TAIL_LINES) -> str:
@@ -230,11 +223,3 @@ def signal_group(group: int, signum: signal.Signals) -> None:
     """Signal all processes of a group; none may be left."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(group, signum)
-
-
-def has_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Whether a child process has ended. It is not reaped: its number stays its group's."""
-    if process.returncode is not None:
-        return True
-    status = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
-    return status is not None
