@@ -131,7 +131,8 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
     kind = relation.kind
     what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
     found = [_anchored(name, kind, thing, around) for name in relation.anchors]
-    believed, away_m = min(each[0] for each in found), max(each[1] for each in found)
+    believed, possible = (min(each[index] for each in found) for index in (0, 1))
+    away_m = max(each[2] for each in found)
     if believed >= LIKELY and not _at_height(relation, thing, around):
         side = "lower" if kind is RelationKind.ON else "higher"
         return CheckedCondition(what, Holds.NO, f"not {what}: it is {side} than the one there")
@@ -140,7 +141,7 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
         return CheckedCondition(
             what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}"
         )
-    if believed >= MAYBE:
+    if believed >= MAYBE or possible >= LIKELY:
         why = f"{' or '.join(map(the, relation.anchors))} there is hardly seen"
         return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     reach_m = REACH_M[kind] + FADE_M
@@ -153,23 +154,25 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
 
 def _anchored(
     name: str, kind: RelationKind, thing: Thing, around: Surroundings
-) -> tuple[float, float]:
-    """Probability that the relation to an anchor holds, and metres to what speaks most for it, or
-    without that to the nearest that is likely an anchor; infinity without any."""
+) -> tuple[float, float, float]:
+    """Probability that the relation to an anchor holds, the same if all that may be one is, and
+    metres to what speaks most for it, or without that to the nearest that is likely an anchor;
+    infinity without any."""
     similarity = np.nan_to_num(around.anchors[name], nan=0.0)
     similar = np.argwhere(similarity >= MAYBE)
     known = [each.cells for each in around.things.get(name, ())]
     known_cells = np.vstack([np.empty((0, 2), np.int64), *known])
     cells = np.vstack([similar, known_cells])
     if len(cells) == 0:
-        return 0.0, inf
+        return 0.0, 0.0, inf
     probability = np.concatenate([similarity[tuple(similar.T)], np.ones(len(known_cells))])
     away, _ = cKDTree(thing.cells).query(cells)
     away_m = away * around.grid.cell_size_m
-    believed = probability * kernel(kind, away_m)
+    holds = kernel(kind, away_m)
+    believed = probability * holds
     most = float(believed.max())
     telling = believed >= min(most, LIKELY) if most >= MAYBE else probability >= LIKELY
-    return most, float(away_m[telling].min(initial=inf))
+    return most, float(holds.max()), float(away_m[telling].min(initial=inf))
 
 
 def _at_height(relation: Relation, thing: Thing, around: Surroundings) -> bool:

@@ -98,6 +98,16 @@ def test_detections_of_an_anchor_settle_what_the_map_leaves_open(
     assert checked(candidate(1.45, 2.45), here, evidence)[0] is holds
 
 
+@pytest.mark.parametrize("x", [1.45, 1.05, 0.85, 0.75])
+@pytest.mark.parametrize("shown", [0.9, 0.4, 0.3])
+def test_what_detections_would_settle_a_query_leaves_open(x: float, shown: float) -> None:
+    """The query has the map alone: it does not say no to what a search finds there."""
+    here = seen_in_room(related(NEXT_TO), shown=shown)
+    evidence, thing = Evidence(anchors={"bed": (candidate(2.05, 2.45),)}), candidate(x, 2.45)
+    if checked(thing, here, evidence)[0] is YES:
+        assert checked(thing, here)[0] is (YES if shown > 0.5 else NOT_CHECKED)
+
+
 @pytest.mark.parametrize(
     ("kind", "z", "holds"),
     [(ON, 0.7, True), (ON, 0.1, False), (UNDER, 0.1, True), (UNDER, 0.7, False)],
