@@ -108,6 +108,23 @@ def test_an_answer_is_said_by_room_landmark_and_find(belief: BeliefMap) -> None:
     assert [each.where for each in shown] == ["next to the desk"]
 
 
+@pytest.mark.parametrize(("z_m", "holds"), [(0.8, m.Holds.YES), (0.0, m.Holds.NO)])
+def test_what_a_search_found_is_checked_as_it_was_seen(
+    belief: BeliefMap, z_m: float, holds: m.Holds
+) -> None:
+    scored = MapScores(belief).of([query("sofa", SOFA), query("cup", SOFA)])
+    on_cup = m.Detail(relations=(m.Relation(m.RelationKind.ON, ("cup",)),))
+    x, y = similarity_reply(scored, request=m.SimilarityRequest("sofa")).centres_m[0].tolist()
+    extent_m = (x - 0.2, y - 0.2, x + 0.2, y + 0.2)
+    finds = tuple(
+        m.KeptObject(name, name, (x, y, z), extent_m, 0.9, 1, "s", 1, 1)
+        for name, z in (("cup", 0.4), ("sofa", z_m))
+    )
+    request = m.SimilarityRequest("sofa", detail=on_cup)
+    reply = similarity_reply(scored, request=request, known=Knowledge(finds=finds))
+    assert reply.whereabouts[0].holds is holds
+
+
 def test_places_limit_what_is_found(belief: BeliefMap) -> None:
     scored = MapScores(belief).of([query("sofa", SOFA)])
     plain = similarity_reply(scored, request=m.SimilarityRequest("sofa"))

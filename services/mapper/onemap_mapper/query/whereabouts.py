@@ -77,7 +77,7 @@ def whereabouts(
     """Of the regions, cells (K, 2) each, of an answer.
 
     around: what the request's detail is checked by, None: it says nothing; landmarks: similarity
-    (nx, ny) of names that the map may show.
+    (nx, ny) of names that the map may show. What a search found there is checked as it was seen.
     """
     grid, name = version.grid, request.text
     detail = replace(request.detail, negatives=request.negatives)
@@ -89,13 +89,16 @@ def whereabouts(
         place = place_at(known.places, (x_m, y_m))
         near = [*found, *_shown(version, cells, landmarks)]
         relation, landmark = _beside(name, thing, near, grid)
+        object_id = _found_here(name, (x_m, y_m), known.finds)
+        kept = (thing_of(each, grid) for each in known.finds if each.object_id == object_id)
+        seen = next((each for each in kept if len(each.cells)), thing)
         answers.append(
             Whereabouts(
                 place.name if place is not None else "",
                 relation,
                 landmark,
-                _found_here(name, (x_m, y_m), known.finds),
-                check(Candidate(thing, NO_PICTURE), detail, around) if around else (),
+                object_id,
+                check(Candidate(seen, NO_PICTURE), detail, around) if around else (),
             )
         )
     return tuple(answers)
