@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -21,14 +21,12 @@ from onemap_tools.cli.options import (
     Url,
     parse_area,
 )
-from onemap_tools.cli.terminal import (
-    print_json,
-    progress_console,
-    result_console,
-    show,
-)
+from onemap_tools.cli.terminal import asked, print_json, progress_console, result_console, show
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, CliError
 from onemap_tools.processes.network import DEFAULT_URL
+
+if TYPE_CHECKING:
+    from onemap import Client
 
 REPLAY_EPILOG = (
     "The planner records the last 50 searches in the folder 'decisions' of planner.state_dir, one "
@@ -150,10 +148,9 @@ def search(
 def search_list(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """The searches of the robot, also past ones, the newest first."""
     from onemap_tools.cli import remote
-    from onemap_tools.gateway import gateway_client
 
-    with gateway_client(url, token) as gateway:
-        searches = [dict(each.latest.document) for each in gateway.searches.list()]
+    listed = asked(url, token, lambda gateway: gateway.searches.list())
+    searches = [dict(each.latest.document) for each in listed]
     show({"searches": searches}, as_json, remote.describe_searches)
 
 
@@ -166,10 +163,8 @@ def search_replay(
 ) -> None:
     """Why did the robot drive there? Each step of a past search."""
     from onemap_tools.cli.past_search import describe_replay
-    from onemap_tools.gateway import gateway_client
 
-    with gateway_client(url, token) as gateway:
-        replay = gateway.searches.get(identifier).replay()
+    replay = asked(url, token, lambda gateway: gateway.searches.get(identifier).replay())
     result_console(as_json).print(*describe_replay(replay), sep="\n", soft_wrap=True)
     if as_json:
         print_json(dict(replay.document))
@@ -235,11 +230,9 @@ def _is_number(text: str) -> bool:
 def objects(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """What was found on this map, and where, the last first."""
     from onemap_tools.cli import remote
-    from onemap_tools.gateway import gateway_client
 
-    with gateway_client(url, token) as gateway:
-        found = [dict(each.document) for each in gateway.objects()]
-    show({"objects": found}, as_json, remote.describe_objects)
+    found = asked(url, token, lambda gateway: gateway.objects())
+    show({"objects": [dict(each.document) for each in found]}, as_json, remote.describe_objects)
 
 
 @app.command("objects forget", rich_help_panel=OPERATE)
@@ -250,10 +243,7 @@ def forget(
     as_json: Json = False,
 ) -> None:
     """Remove an object that was found wrongly."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        forgotten = dict(gateway.forget_object(identifier).document)
+    forgotten = asked(url, token, lambda gateway: dict(gateway.forget_object(identifier).document))
 
     def describe(known: dict[str, Any], console: Console) -> None:
         console.print(f"Forgot the {known['name']} with the id {known['id']}.", soft_wrap=True)
@@ -287,10 +277,11 @@ def status(
             print_json({"service": service, "ready": True})
         return
     from onemap_tools.cli import remote
-    from onemap_tools.gateway import gateway_client
 
-    with gateway_client(url, token) as gateway:
-        document, offered = dict(gateway.status().document), remote.interrupted(gateway)
+    def ask(gateway: Client) -> tuple[dict[str, Any], str]:
+        return dict(gateway.status().document), remote.interrupted(gateway)
+
+    document, offered = asked(url, token, ask)
 
     def describe(status: dict[str, Any], console: Console) -> None:
         remote.describe_status(status, console)

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from onemap_tools.cli.options import Json, Token, Url
-from onemap_tools.cli.terminal import show
+from onemap_tools.cli.terminal import asked, show
 from onemap_tools.processes.network import DEFAULT_URL
 
 if TYPE_CHECKING:
@@ -76,10 +76,7 @@ def merge(
 @app.command(name="list")
 def list_maps(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """The saved maps, the newest first."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        saved = [dict(each.document) for each in gateway.maps.list()]
+    saved = asked(url, token, lambda gateway: gateway.maps.list())
 
     def describe(reply: dict[str, Any], console: Console) -> None:
         if not reply["maps"]:
@@ -93,16 +90,13 @@ def list_maps(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) 
             table.add_row(each["name"], _clock(each["saved_at"]), *counts, size, what)
         console.print(table)
 
-    show({"maps": saved}, as_json, describe)
+    show({"maps": [dict(each.document) for each in saved]}, as_json, describe)
 
 
 @app.command()
 def delete(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Delete a saved map; the map in use stays."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        deleted = dict(gateway.maps.delete(name).document)
+    deleted = asked(url, token, lambda gateway: dict(gateway.maps.delete(name).document))
 
     def describe(gone: dict[str, Any], console: Console) -> None:
         console.print(f"Deleted {gone['name']}, saved {_clock(gone['saved_at'])} UTC.")
@@ -123,10 +117,7 @@ def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> N
 @app.command()
 def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Extent, areas, memory and update rate of the map."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        document = dict(gateway.maps.info().document)
+    document = asked(url, token, lambda gateway: dict(gateway.maps.info().document))
     show(document, as_json, _describe_info)
 
 
@@ -149,11 +140,9 @@ def export(
     .npz: occupancy, layers and geometry for NumPy; .png: one layer, a pixel per cell,
     with a world file .pgw; .yaml: for nav2's map server, with a .pgm.
     """
-    from onemap_tools.gateway import gateway_client
     from onemap_tools.map_export import export_map
 
-    with gateway_client(url, token) as gateway:
-        written = export_map(gateway, file, text=text, layer=layer)
+    written = asked(url, token, lambda gateway: export_map(gateway, file, text=text, layer=layer))
 
     def describe(written: dict[str, Any], console: Console) -> None:
         paths = " and ".join([written["path"], *written.get("beside", ())])
@@ -169,10 +158,7 @@ def _change(
 
     done: the verb in the past tense.
     """
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        document = dict(send(gateway.maps).document)
+    document = asked(url, token, lambda gateway: dict(send(gateway.maps).document))
 
     def describe(change: dict[str, Any], console: Console) -> None:
         what = f"{done} {change['path']}".rstrip()

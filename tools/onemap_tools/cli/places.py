@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from onemap_tools.cli.options import FIRST, OPERATE, Json, Token, Url
-from onemap_tools.cli.terminal import confirmed, show
+from onemap_tools.cli.terminal import asked, confirmed, show
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import DEFAULT_URL
 
@@ -20,10 +20,8 @@ Name = Annotated[str, typer.Argument(help="Its case does not matter.")]
 @app.command(rich_help_panel=FIRST)
 def places(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Rooms with a name, zones that no robot enters, and suggested names."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        _show([dict(each.document) for each in gateway.places().places], as_json)
+    listed = asked(url, token, lambda gateway: gateway.places().places)
+    _show([dict(each.document) for each in listed], as_json)
 
 
 @app.command("places name", rich_help_panel=OPERATE)
@@ -45,17 +43,18 @@ def name_place(
     as_json: Json = False,
 ) -> None:
     """Name a room or a polygon; by default the room in which the robot stands."""
-    from onemap_tools.gateway import gateway_client
-
     if at and corners:
         raise typer.BadParameter("give --at or --corners, or neither for the robot's room")
     inside_m = parse_points(at, "--at")
     if len(inside_m) > 1:
         raise typer.BadParameter("--at is one point; a polygon has --corners")
     corners_m = parse_points(corners, "--corners")
-    with gateway_client(url, token) as gateway:
-        point_m = inside_m[0] if inside_m else None
-        place = gateway.name_place(name, point_m, corners_m=corners_m, keep_out=keep_out)
+    place_m = inside_m[0] if inside_m else None
+    place = asked(
+        url,
+        token,
+        lambda gateway: gateway.name_place(name, place_m, corners_m=corners_m, keep_out=keep_out),
+    )
     _show([dict(place.document)], as_json)
 
 
@@ -64,15 +63,12 @@ def forget_place(
     name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False
 ) -> None:
     """Remove a name or a zone; the map stays."""
-    from onemap_tools.gateway import gateway_client
-
-    with gateway_client(url, token) as gateway:
-        forgotten = dict(gateway.forget_place(name).document)
-
-    def describe(place: dict[str, Any], console: Console) -> None:
-        console.print(f"Forgot {place['name']}.", soft_wrap=True)
-
-    show(forgotten, as_json, describe)
+    forgotten = asked(url, token, lambda gateway: dict(gateway.forget_place(name).document))
+    show(
+        forgotten,
+        as_json,
+        lambda place, console: console.print(f"Forgot {place['name']}.", soft_wrap=True),
+    )
 
 
 @app.command("places reset", rich_help_panel=OPERATE)
@@ -83,13 +79,10 @@ def reset_places(
     as_json: Json = False,
 ) -> None:
     """Remove all names and zones, also those that cannot be read; the map stays."""
-    from onemap_tools.gateway import gateway_client
-
     question = "Forget all places? Robots then drive into what was a keep-out zone."
     if not (yes or confirmed(question)):
         raise CliError("Nothing was changed: '--yes' says that there are no zones.")
-    with gateway_client(url, token) as gateway:
-        left = gateway.forget_places()
+    left = asked(url, token, lambda gateway: gateway.forget_places())
     show({"places": [dict(each.document) for each in left.places]}, as_json, _describe_reset)
 
 

@@ -5,9 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from rich.console import Console
+
+if TYPE_CHECKING:
+    from onemap import Client
+
+R = TypeVar("R")
 
 
 def plain_console(*, stderr: bool = False, file: IO[str] | None = None) -> Console:
@@ -44,6 +49,14 @@ def confirmed(question: str) -> bool | None:
 def print_json(document: dict[str, Any]) -> None:
     """Print one JSON object as a line of its own."""
     print(json.dumps(document, separators=(", ", ": "), allow_nan=False), flush=True)
+
+
+def asked(url: str, token: str, ask: Callable[[Client], R]) -> R:
+    """The answer of the gateway at ``url``; its errors become CliErrors."""
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        return ask(gateway)
 
 
 def show(
