@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import pytest
@@ -23,7 +26,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError
 from tests.planner.drawn_maps import places_of
-from tests.planner.simulated_services import ROOM, SimulatedServices, embeddings
+from tests.planner.simulated_services import ROOM, SimulatedServices, embeddings, moves
 
 
 def test_names_are_checked_before_the_robot_moves(services: SimulatedServices) -> None:
@@ -115,6 +118,65 @@ def test_nobody_is_sent_to_coordinates_of_before(services: SimulatedServices, an
     with pytest.raises(RemoteError, match="say again where to drive"):
         services.caller.call(keys.SEARCH_START, services.get().again(2.0))
     services.go_to(3.0, 2.0)
+
+
+@contextmanager
+def checked(services: SimulatedServices, request: SearchRequest) -> Iterator[Future[object]]:
+    """While the planner checks the words of a request; afterwards its answer."""
+    asked, released = threading.Event(), threading.Event()
+
+    def slow(texts: TextRequest) -> TextEmbeddings:
+        asked.set()
+        released.wait(60.0)
+        return embeddings(texts)
+
+    services.perception.serve(keys.EMBED_TEXT, slow)
+    with ThreadPoolExecutor(1) as caller:
+        started: Future[object] = caller.submit(services.caller.call, keys.SEARCH_START, request)
+        assert asked.wait(60.0)
+        yield started
+        released.set()
+
+
+@pytest.mark.parametrize("earlier", [True, False])
+def test_a_stop_ends_a_start_that_is_still_checked(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch, earlier: bool
+) -> None:
+    monkeypatch.setattr("onemap_planner.searches.EMBED_TIMEOUT_S", 60.0)
+    if earlier:
+        services.start("bed")
+        services.caller.call(keys.SEARCH_CANCEL, SearchId())
+        services.sent_commands()
+    request = SearchRequest(("sofa",), patience_s=60.0)
+    with checked(services, request) as started, suppress(RemoteError):
+        services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    with pytest.raises(RemoteError, match="told to stop after this was asked") as caught:
+        started.result()
+    assert caught.value.code == "stopped"
+    for _ in range(5):
+        services.frame()
+    assert not any(map(moves, services.sent_commands()))
+
+
+def test_a_stop_ends_what_was_asked_of_the_gateway_before_it(services: SimulatedServices) -> None:
+    with suppress(RemoteError):
+        services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    with pytest.raises(RemoteError, match="told to stop"):
+        services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), age_s=60.0))
+    assert services.start("sofa").active
+
+
+def test_no_driver_obeys_what_was_asked_of_the_one_before(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_planner.searches.EMBED_TIMEOUT_S", 60.0)
+    services.restart_driver(named=True, joined=True)
+    services.frame()
+    with checked(services, SearchRequest(("sofa",), patience_s=60.0)) as started:
+        services.restart_driver(named=True, joined=True)
+        services.frame()
+    with pytest.raises(RemoteError, match="became another one"):
+        started.result()
 
 
 def test_a_second_search_is_refused_even_without_perception(services: SimulatedServices) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -37,6 +38,10 @@ from onemap_shared.transport import Bus, CallError, NoReply, RemoteError, Reques
 from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
+STOPPED = (
+    "the robot was told to stop after this was asked for, and nothing was started: ask again if "
+    "it shall set out"
+)
 
 
 class SearchRegistry:
@@ -52,16 +57,22 @@ class SearchRegistry:
         self._clock, self._lock = clock, clock.rlock()
         self._state: PlannerState | None = None
         self._past: dict[str, sm.Search] = {}
+        self._stopped_s = -math.inf  # when somebody last asked for a stop, whatever ran
 
     @property
     def state(self) -> PlannerState | None:
         """State of the newest search; None if there was none."""
         return self._state
 
-    def start(self, search: sm.Search, synonyms: Synonyms = NO_SYNONYMS) -> sm.Search:
-        """Begin a new search; rejected while another is active, and if the search that it
-        continues was continued before. Found objects are kept."""
+    def start(
+        self, search: sm.Search, synonyms: Synonyms = NO_SYNONYMS, asked_s: float = math.inf
+    ) -> sm.Search:
+        """Begin a new search, for which somebody asked at ``asked_s``; rejected if a stop came
+        since then, while another search is active, and if the search that it continues was
+        continued before. Found objects are kept."""
         with self._lock:
+            if self._stopped_s > asked_s:
+                raise RequestRejected("stopped", STOPPED)
             self.reject_if_active()
             self._reject_if_continued(search.continues)
             before = self._state
@@ -105,8 +116,10 @@ class SearchRegistry:
                 self._state = replace(self._state, found_objects=())
 
     def cancel(self, search_id: str, stamp: sm.EventStamp) -> sm.Search:
-        """Cancel a search; one that is over stays as it ended."""
+        """Cancel a search; one that is over stays as it ended. A start that is still checked is
+        rejected, also where no search has this id: who stops may know nothing of it."""
         with self._lock:
+            self._stopped_s = self._clock.monotonic_s()
             search = self.find(search_id)
             if self._state is not None and search is self._state.search:
                 search = self._stamped(sm.transition(search, sm.CANCELLED, stamp))
@@ -184,13 +197,14 @@ class SearchCommands:
         bus.serve(keys.SEARCH_RECORD, self._record)
 
     def _start(self, request: SearchRequest) -> SearchStatus:
-        began_s = self._clock.monotonic_s()
+        began_s, frame = self._clock.monotonic_s(), self._frame()
         self._registry.reject_if_active()
         others = [n for each in request.details for n in (*each.anchors, *each.negatives)]
         names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         self._check_places(request)
-        driver, map_count, jump_count = self._frame()
+        driver, map_count, jump_count = frame
+        self._reject_if_another(frame, request.kind)
         if request.kind is not SearchKind.FIND and request.continues:
             self._reject_coordinates_of_before(request.continues)
         _reject_if_late(request, self._clock.monotonic_s() - began_s)
@@ -212,7 +226,7 @@ class SearchCommands:
             map_count=map_count,
             jump_count=jump_count,
         )
-        return self._status_of(self._registry.start(search, synonyms))
+        return self._status_of(self._registry.start(search, synonyms, began_s - request.age_s))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         """Cancel this search; beside another planner, whichever is active here.
@@ -266,6 +280,17 @@ class SearchCommands:
 
     def _has_frame_of_now(self, search: sm.Search) -> bool:
         return (search.driver, search.map_count, search.jump_count) == self._frame()
+
+    def _reject_if_another(self, asked: tuple[int, int, int], kind: SearchKind) -> None:
+        """Reject a request that was made to another driver, and a drive to coordinates whose
+        frame began anew, since ``asked``."""
+        now = self._frame()
+        if now[0] != asked[0] or (kind is not SearchKind.FIND and now != asked):
+            raise RequestRejected(
+                "stopped",
+                "the robot's driver or the map became another one, or the robot's position jumped, "
+                "while the request was checked, and nothing was started: ask again",
+            )
 
     def _reject_coordinates_of_before(self, search_id: str) -> None:
         """Reject a drive to the place of a search whose coordinates may be another place now."""

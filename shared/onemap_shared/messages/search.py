@@ -169,6 +169,7 @@ class SearchRequest(Message):
         stay_out: names of places that the robot does not enter during this search.
         continues: id of the ended search whose rest this is; empty: of none.
         after: what the robot does when all objects are done, found or not; of objects only.
+        age_s: seconds since a person asked for it: a stop that came later holds for it too.
     """
 
     objects: ObjectNames
@@ -181,6 +182,7 @@ class SearchRequest(Message):
     stay_out: StayOut = ()
     continues: str = ""
     after: After = After.STAY
+    age_s: Annotated[float, within(0)] = 0.0
 
     def _check(self) -> None:
         _check_place(self.kind, self.place_m)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import threading
 from dataclasses import replace
 
 import pytest
 from pydantic import SecretStr
 
 from onemap_gateway.config import GatewayConfig
-from onemap_shared.messages import After, SearchState
+from onemap_shared.keys import SEARCH_CANCEL, SEARCH_START
+from onemap_shared.messages import After, SearchId, SearchRequest, SearchState, SearchStatus
+from onemap_shared.transport import RequestRejected
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import (
     MIDDLE,
@@ -112,6 +115,30 @@ def test_stop_ends_what_runs_now_whatever_the_page_shows(page: Page, robot: Robo
     page.wait_for("!document.body.classList.contains('searching')")
     assert robot.planner.status.state is SearchState.CANCELLED
     assert page.errors == []
+
+
+def test_stop_is_in_sight_while_a_start_is_checked(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    released, planner = threading.Event(), robot.planner
+
+    def checked(request: SearchRequest) -> SearchStatus:
+        assert released.wait(60.0)
+        assert request.age_s > 0.0
+        raise RequestRejected("stopped", "the robot was told to stop after this was asked for")
+
+    def stopped(_: SearchId) -> SearchStatus:
+        released.set()
+        raise RequestRejected("unknown_search", "no search has been started yet")
+
+    planner.bus.serve(SEARCH_START, checked)
+    planner.bus.serve(SEARCH_CANCEL, stopped)
+    page.type("#text", "sofa")
+    page.click("#find")
+    page.wait_for("!document.getElementById('stop').hidden")
+    assert page.centre("#stop") is not None
+    page.click("#stop")
+    page.wait_for("document.getElementById('error').innerText.includes('told to stop')")
+    assert page.evaluate("document.getElementById('stop').hidden")
 
 
 def test_a_drag_moves_the_map_and_opens_nothing(page: Page, robot: Robot) -> None:

@@ -37,6 +37,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "method_not_allowed": (405, "This address does not take this method"),
     "slow_body": (408, "The body did not arrive in time"),
     "conflict": (409, "Another search is under way"),
+    "stopped": (409, "It was stopped before it began"),
     "nothing_left": (409, "Everything in this search was found"),
     "keep_out": (409, "A keep-out zone is in the way"),
     "no_robot": (409, "A recording moves no robot"),

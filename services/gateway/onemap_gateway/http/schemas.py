@@ -388,9 +388,10 @@ class SearchStart(Parts):
         patience_s: float,
         sentences: Sequence[Sentence],
         named_m: tuple[float, ...] = (),
+        age_s: float = 0.0,
     ) -> m.SearchRequest:
         """The planner's request; ``patience_s``: seconds that the client waits for its reply;
-        named_m: x, y of the place of the name ``go_to``."""
+        named_m: x, y of the place of the name ``go_to``; age_s: since the client asked."""
         kind, place_m = m.SearchKind.FIND, self.go_to_m or self.look_at_m or named_m
         if place_m:
             kind = m.SearchKind.GO_TO if self.look_at_m is None else m.SearchKind.LOOK_AT
@@ -402,6 +403,7 @@ class SearchStart(Parts):
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,
             after=m.After(self.after),
+            age_s=age_s,
         )
 
 

@@ -91,7 +91,7 @@ function onState(next) {
   map.show(state);
   showServices(state.services);
   showNotices(state);
-  showSearch(state.search, movesByItself(), where);
+  showTask();
   notifier.refresh(state.search);
   suggestions.refresh(state.search);
   showChoice(state.search);
@@ -99,6 +99,10 @@ function onState(next) {
   by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);
   showHeatmapText();
+}
+
+function showTask() {
+  if (state) showSearch(state.search, movesByItself(), starting > 0, where);
 }
 
 // Whether another program moves the robot; for a moment it moves after each search, too.
@@ -300,8 +304,17 @@ function startSearch() {
   });
 }
 
+let starting = 0; // searches that were asked for and not answered yet: Stop ends them too
+
 async function beginSearch(request, path = "/v1/searches") {
-  await send("POST", path, request);
+  starting += 1;
+  showTask();
+  try {
+    await send("POST", path, request);
+  } finally {
+    starting -= 1;
+    showTask();
+  }
   replay.close();
   clearResult();
   dismissed = "";
@@ -359,10 +372,11 @@ by("stop").addEventListener("click", () =>
   act(by("stop"), async () => {
     // whichever runs now: the state that is shown may be of a search before
     const { id: known, active } = state.search ?? {};
+    const asked = starting > 0;
     const newest = await stop("current").catch((problem) => {
       if (active || problem.status !== 404) throw problem; // 404: there is no search
     });
-    if (!active && newest?.id === known) throw new Error(UNSTOPPED); // else one had begun since the last message
+    if (!active && !asked && newest?.id === known) throw new Error(UNSTOPPED); // else one had begun since the last message
   }),
 );
 by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));

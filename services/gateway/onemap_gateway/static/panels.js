@@ -83,13 +83,14 @@ function lasts(name, problem) {
 }
 
 // moves: whether the robot moves without a search, as when another program drives it
+// starting: whether one was asked for, and not answered yet
 // where(place): the room that holds it, in words
-export function showSearch(search, moves, where) {
-  by("search-card").hidden = !search && !moves;
+export function showSearch(search, moves, starting, where) {
+  by("search-card").hidden = !search && !moves && !starting;
   document.body.classList.toggle("searching", Boolean(search?.active || moves));
-  by("stop").hidden = !search?.active && !moves;
+  by("stop").hidden = !search?.active && !moves && !starting;
   by("search-moves").hidden = !moves;
-  by("search-title").textContent = search ? searchTitle(search) : "The robot moves";
+  by("search-title").textContent = search ? searchTitle(search) : moves ? "The robot moves" : "A search is checked";
   by("search-title").title = by("search-title").textContent;
   if (!search) return;
   by("search-state").textContent = search.state.replaceAll("_", " ");

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import AsyncIterator, Awaitable, Sequence
+from dataclasses import replace
 from typing import Annotated
 
 import anyio
@@ -127,7 +128,8 @@ async def start(gateway: GatewayContext, request: SearchStart) -> SearchSnapshot
     understood = await understand(gateway, request.described)
     named_m = await _named_m(gateway, request.go_to) if request.go_to else ()
     patience_s = _patience_s(gateway, began_s)
-    for_planner = request.request(patience_s, understood.sentences, named_m)
+    age_s = gateway.cache.now_s() - began_s
+    for_planner = request.request(patience_s, understood.sentences, named_m, age_s)
     search = await gateway.search(keys.SEARCH_START, for_planner, patience_s)
     return search.model_copy(update={"understood": understood.in_words()})
 
@@ -221,7 +223,7 @@ async def search_again(search_id: Id, gateway: GatewayDep, response: Response) -
     if before.objects and not before.left:
         raise HttpProblem("nothing_left", "All objects of this search were found.")
     patience_s = _patience_s(gateway, began_s)
-    request = before.again(patience_s)
+    request = replace(before.again(patience_s), age_s=gateway.cache.now_s() - began_s)
     starting = gateway.search(keys.SEARCH_START, request, patience_s)
     return await _started(gateway, starting, response, request.continues)
 
