@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from onemap_tools.processes.worker_pool import THREAD_VARIABLES, worker_pool
 from tests.shared.test_bus import eventually
 
 POOL = """
@@ -54,3 +56,17 @@ def test_workers_that_compute_end_with_their_parent(death: signal.Signals, tmp_p
     finally:
         for each in filter(runs, left):
             each.kill()
+
+
+def variables_of_worker(_: int) -> list[str | None]:
+    return [os.environ.get(each) for each in THREAD_VARIABLES]
+
+
+def test_a_worker_computes_with_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    for each in THREAD_VARIABLES:
+        monkeypatch.delenv(each, raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")  # somebody's wish
+    with worker_pool(1) as pool:
+        (inherited,) = pool.map(variables_of_worker, range(1))
+    assert inherited == ["3", "1", "1"]
+    assert variables_of_worker(0) == ["3", None, None]

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
 
 @contextmanager
 def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
@@ -17,13 +19,18 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
     What they still compute when the context ends is of no use: an error, or Ctrl-C. Nothing is
     cancelled, since a pool that breaks fails on a cancelled future. They are spawned, not forked:
-    this process may hold threads of torch or onnxruntime.
+    this process may hold threads of torch or onnxruntime. Each computes on one core: threads of
+    BLAS would spin between the small products that they share, and their number changes sums.
     """
     spawn = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(workers, spawn, initializer=_end_with_parent)
+    unset = [name for name in THREAD_VARIABLES if name not in os.environ]
+    os.environ.update(dict.fromkeys(unset, "1"))  # inherited, and read by numpy's first import
     try:
         yield pool
     finally:
+        for name in unset:
+            del os.environ[name]
         for worker in multiprocessing.active_children():
             worker.terminate()
         pool.shutdown()
