@@ -21,6 +21,7 @@ from typing import Any, Generic, TypeVar
 
 import zenoh
 
+from onemap_shared import transport
 from onemap_shared.access_control import access_control
 from onemap_shared.clock import Event, SystemClock
 from onemap_shared.config import BusConfig, ConfigError, LinkParams
@@ -36,20 +37,6 @@ from onemap_shared.keys import (
 )
 from onemap_shared.services import role_of
 from onemap_shared.tls_files import refuse_unreadable
-from onemap_shared.transport import (
-    CALL_TIMEOUT_S,
-    Inbox,
-    InvalidReply,
-    NoReply,
-    Publisher,
-    QueryTimeout,
-    RemoteError,
-    Subscription,
-    answer,
-    read_reply,
-    refuse_stale,
-    remote_error,
-)
 from onemap_shared.wire import Packet, encode, schema
 
 CLOCK = SystemClock()  # Zenoh knows no other
@@ -200,7 +187,7 @@ def _acknowledge(query: zenoh.Query) -> None:
 
 
 def _answers(session: zenoh.Session, key: str) -> bool:
-    return any(reply.ok is not None for reply in session.get(key, timeout=CALL_TIMEOUT_S))
+    return any(reply.ok is not None for reply in session.get(key, timeout=transport.CALL_TIMEOUT_S))
 
 
 class ZenohBus:
@@ -240,7 +227,7 @@ class ZenohBus:
                 self._command_session = zenoh.open(self._settings)
             return self._command_session
 
-    def publish(self, topic: Topic[M]) -> Publisher[M]:
+    def publish(self, topic: Topic[M]) -> transport.Publisher[M]:
         session = self._session_for(topic.delivery)
         publisher = session.declare_publisher(
             topic.key,
@@ -272,8 +259,8 @@ class ZenohBus:
 
     def subscribe(
         self, topic: Topic[M], capacity: int = 1, arrived: Event | None = None
-    ) -> Subscription[M]:
-        inbox = Inbox(topic.message, capacity, CLOCK, arrived)
+    ) -> transport.Subscription[M]:
+        inbox = transport.Inbox(topic.message, capacity, CLOCK, arrived)
         session = self._session_for(topic.delivery)
 
         def on_sample(sample: zenoh.Sample) -> None:
@@ -287,14 +274,16 @@ class ZenohBus:
         self._declared.append(session.declare_subscriber(topic.key, handler))
         if topic.latched:
             latest = zenoh.handlers.Callback(on_reply, indirect=False)
-            session.get(topic.key, latest, timeout=CALL_TIMEOUT_S)
+            session.get(topic.key, latest, timeout=transport.CALL_TIMEOUT_S)
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         session = self._session_for(procedure.delivery)
         self._servers.append(_Server(session, procedure, handler))
 
-    def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
+    def call(
+        self, procedure: Procedure[Q, R], request: Q, timeout_s: float = transport.CALL_TIMEOUT_S
+    ) -> R:
         packet, asked_at = encode(request), CLOCK.monotonic_s()
         replies = self._session_for(procedure.delivery).get(
             f"{procedure.key}?{PATIENCE}={timeout_s:g}",
@@ -305,14 +294,16 @@ class ZenohBus:
             express=procedure.delivery is Delivery.COMMAND,
             **(TO_ALL if procedure.to_all else {}),
         )
-        refusal: RemoteError | None = None
+        refusal: transport.RemoteError | None = None
         for reply in replies:
             try:
                 if reply.ok is not None:
-                    return read_reply(procedure, _packet(reply.ok.attachment, reply.ok.payload))
+                    return transport.read_reply(
+                        procedure, _packet(reply.ok.attachment, reply.ok.payload)
+                    )
                 error = reply.err.payload.to_bytes() if reply.err is not None else b""
-                refusal = remote_error(error) if error != b"Timeout" else refusal
-            except InvalidReply as problem:
+                refusal = transport.remote_error(error) if error != b"Timeout" else refusal
+            except transport.InvalidReply as problem:
                 refusal = problem
             if refusal is not None and not procedure.to_all:  # otherwise another one may accept
                 break
@@ -320,8 +311,8 @@ class ZenohBus:
             raise refusal
         # The router's own timer may end the query with an empty reply before ours does.
         if CLOCK.monotonic_s() - asked_at > 0.9 * timeout_s:
-            raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
-        raise NoReply(f"no process serves {procedure.key}")
+            raise transport.QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
+        raise transport.NoReply(f"no process serves {procedure.key}")
 
     def _on_liveliness(self, sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
@@ -372,10 +363,13 @@ class ZenohBus:
         yet right after joining. Asks in a session of its own: one that subscribes to the tokens is
         answered from its own cache.
         """
-        own, deadline_s = (self.service, self.instance), CLOCK.monotonic_s() + CALL_TIMEOUT_S
+        own, deadline_s = (
+            (self.service, self.instance),
+            CLOCK.monotonic_s() + transport.CALL_TIMEOUT_S,
+        )
         with zenoh.open(self._settings) as session:
             while True:
-                replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
+                replies = session.liveliness().get(ALL_LIVELINESS, timeout=transport.CALL_TIMEOUT_S)
                 found = frozenset(member_of(str(each.ok.key_expr)) for each in replies if each.ok)
                 if self._token is None or own in found or CLOCK.monotonic_s() > deadline_s:
                     return found
@@ -466,9 +460,9 @@ class _Server(Generic[Q, R]):
     def _answer(self, query: zenoh.Query, waited_s: float) -> None:
         request = _packet(query.attachment, query.payload) if query.payload is not None else None
         try:
-            refuse_stale(self._procedure, waited_s, patience_of(query))
-            packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
-        except RemoteError as error:
+            transport.refuse_stale(self._procedure, waited_s, patience_of(query))
+            packet = transport.answer(self._procedure, self._handler, request or Packet(b"", b""))
+        except transport.RemoteError as error:
             body = json.dumps({"code": error.code, "message": str(error), "details": error.details})
             query.reply_err(body, encoding=zenoh.Encoding.APPLICATION_JSON)
         else:

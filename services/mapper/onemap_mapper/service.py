@@ -45,23 +45,8 @@ from onemap_mapper.storage.worlds import (
 )
 from onemap_mapper.warm_up import prepare, resolved_device
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.grid import GridTooLarge
-from onemap_shared.messages import (
-    FeatureField,
-    ImageSimilarityRequest,
-    KeptObject,
-    MapClear,
-    MapFile,
-    MapSummary,
-    Place,
-    SearchReset,
-    SearchView,
-    SearchViewRequest,
-    SimilarityReply,
-    SimilarityRequest,
-    ViewChanges,
-    ViewChangesRequest,
-)
 from onemap_shared.runner import StartReport
 from onemap_shared.transport import Bus, Health, RequestRejected
 
@@ -177,14 +162,16 @@ class Mapper:
         for robot in self._robots:
             robot.close(self._steps)
 
-    def similarity(self, robot: MapRobot, request: SimilarityRequest) -> SimilarityReply:
+    def similarity(self, robot: MapRobot, request: m.SimilarityRequest) -> m.SimilarityReply:
         """Ranked regions for a text."""
         self._require_content()
         texts = (request.text, *request.negatives, *request.detail.anchors)
         queries = [robot.queries.of_text(text) for text in texts]
         return self._scoring.submit(self._answer, robot, request, queries).result()
 
-    def image_similarity(self, robot: MapRobot, request: ImageSimilarityRequest) -> SimilarityReply:
+    def image_similarity(
+        self, robot: MapRobot, request: m.ImageSimilarityRequest
+    ) -> m.SimilarityReply:
         """Ranked regions for what a picture shows; its scores are no probabilities."""
         self._require_content()
         queries = [robot.queries.of_image(request.image)]
@@ -193,8 +180,8 @@ class Mapper:
         return replace(reply, calibrated=False)
 
     def _answer(
-        self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
-    ) -> SimilarityReply:
+        self, robot: MapRobot, request: m.SimilarityRequest, queries: Sequence[TextQuery]
+    ) -> m.SimilarityReply:
         session = self._session
         landmarks = robot.queries.of_rivals(LANDMARKS)
         scored = session.scores.of([*queries, *landmarks], robot.number)
@@ -211,7 +198,7 @@ class Mapper:
         finds = tuple(each.kept for each in self._objects.memory.objects)
         return Knowledge(self._places.places(), finds)
 
-    def _told(self, finds: Sequence[KeptObject]) -> Sequence[KeptObject]:
+    def _told(self, finds: Sequence[m.KeptObject]) -> Sequence[m.KeptObject]:
         """The finds with where they are; landmarks are those that were looked up before, so that
         nobody is waited for."""
         if not finds or self._map.store.count == 0:
@@ -220,19 +207,19 @@ class Mapper:
         scored = self._session.scores.of(landmarks)
         return where_found(scored, finds, self._known())
 
-    def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
+    def search_view(self, robot: MapRobot, request: m.SearchViewRequest) -> m.SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
         scored = self._session.scores.of(self._compared(robot, request), robot.number)
         negatives, colour = len(request.negatives), request.colour
         return search_view(scored, text=request.text, negatives=negatives, colour=colour)
 
-    def view_changes(self, robot: MapRobot, request: ViewChangesRequest) -> ViewChanges:
+    def view_changes(self, robot: MapRobot, request: m.ViewChangesRequest) -> m.ViewChanges:
         """What ``search_view`` replies, as the cells that changed since the caller's last view."""
         views = self._session.views
         return views.reply(request, self._compared(robot, request), robot.number)
 
     def _compared(
-        self, robot: MapRobot, request: SearchViewRequest | ViewChangesRequest
+        self, robot: MapRobot, request: m.SearchViewRequest | m.ViewChangesRequest
     ) -> list[TextQuery]:
         """The queries of the text, its negatives and its rivals; none without a text or in an
         empty map."""
@@ -241,7 +228,7 @@ class Mapper:
         sought = map(robot.queries.of_text, (request.text, *request.negatives))
         return [*sought, *robot.queries.of_rivals(request.rivals)]
 
-    def reset_searched(self, robot: MapRobot, _request: SearchReset) -> MapSummary:
+    def reset_searched(self, robot: MapRobot, _request: m.SearchReset) -> m.MapSummary:
         """Reset sigma_E of one robot: its search begins, whose finds will lie near landmarks."""
         robot.queries.prefetch(LANDMARKS)
         with self._lock:
@@ -249,7 +236,7 @@ class Mapper:
             self._announce()
             return summary_of(self._map)
 
-    def save(self, request: MapFile) -> MapSummary:
+    def save(self, request: m.MapFile) -> m.MapSummary:
         """Write the map, with its found objects and places, to the configured folder."""
         path = map_file.map_path(self._config.map_folder, request.name)
         with self._lock:
@@ -269,7 +256,7 @@ class Mapper:
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=size, created=created)
 
-    def load(self, request: MapFile) -> MapSummary:
+    def load(self, request: m.MapFile) -> m.MapSummary:
         """Replace the map, with its found objects and places, by one from the configured folder.
 
         A rejected file changes nothing.
@@ -289,7 +276,7 @@ class Mapper:
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return summary
 
-    def clear(self, _request: MapClear) -> MapSummary:
+    def clear(self, _request: m.MapClear) -> m.MapSummary:
         """Start an empty map, without found objects and places."""
         self._world.waits = False
         return self._exchange(BeliefMap(self._config.map))
@@ -299,7 +286,7 @@ class Mapper:
         session = self._session
         return session.rooms.of(search_view(session.scores.of([]), text=""))
 
-    def _fuse(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> None:
+    def _fuse(self, robot: MapRobot, field: m.FeatureField, belief: BeliefMap) -> None:
         """Fuse a field into ``belief``, the map when it was taken.
 
         If another map has taken its place meanwhile, the field is dropped: it is of before.
@@ -321,7 +308,7 @@ class Mapper:
             robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
-    def _of_world(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> BeliefMap:
+    def _of_world(self, robot: MapRobot, field: m.FeatureField, belief: BeliefMap) -> BeliefMap:
         """The map of the world that a field is of: an empty one if ours is of another.
 
         Raises ``FieldRejected`` if another robot of a shared map is in another world, or if what is
@@ -389,11 +376,11 @@ class Mapper:
     def _exchange(
         self,
         belief: BeliefMap,
-        places: tuple[Place, ...] = (),
+        places: tuple[m.Place, ...] = (),
         objects: ObjectMemory = NO_OBJECTS,
         *,
         first: Callable[[], None] = lambda: None,
-    ) -> MapSummary:
+    ) -> m.MapSummary:
         """Another map with its places and found objects, in one announced revision.
 
         first: called with all locks held; what it raises leaves everything as it was.
@@ -466,7 +453,7 @@ class Mapper:
         with self._lock:
             self._announce()
 
-    def _edit(self, change: Callable[[BeliefMap], None]) -> MapSummary:
+    def _edit(self, change: Callable[[BeliefMap], None]) -> m.MapSummary:
         """Change the map in use; what the change raises leaves it as it was."""
         with self._lock:
             change(self._map)

@@ -24,19 +24,8 @@ from onemap_mapper.storage.snapshot import (
     merge_into,
 )
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.atomic_file import remove
-from onemap_shared.messages import (
-    MAX_FILE_TEXT_CHARS,
-    MAX_LISTED_MAPS,
-    KeptObject,
-    MapFile,
-    MapList,
-    MapListRequest,
-    MapMerge,
-    MapSummary,
-    PicturedObject,
-    SavedMap,
-)
 from onemap_shared.transport import RequestRejected, Server
 
 
@@ -65,7 +54,7 @@ def _size(path: Path) -> int:
         return 0
 
 
-def saved_maps(folder: Path) -> MapList:
+def saved_maps(folder: Path) -> m.MapList:
     """The maps of ``folder``, newest first; a damaged one is listed with its problem."""
     found: list[tuple[int, Path]] = []
     for path in folder.glob(f"*{SUFFIX}"):
@@ -73,20 +62,20 @@ def saved_maps(folder: Path) -> MapList:
             if map_path(folder, path.name).is_file():
                 found.append((-path.stat().st_mtime_ns, path))
     maps = []
-    for _, path in sorted(found)[:MAX_LISTED_MAPS]:
+    for _, path in sorted(found)[: m.MAX_LISTED_MAPS]:
         with suppress(FileNotFoundError):
             maps.append(describe(path))
-    return MapList(tuple(maps), max(len(found) - MAX_LISTED_MAPS, 0))
+    return m.MapList(tuple(maps), max(len(found) - m.MAX_LISTED_MAPS, 0))
 
 
-def describe(path: Path) -> SavedMap:
+def describe(path: Path) -> m.SavedMap:
     """What is known of a file without reading its arrays."""
     entry = path.stat()
     stem = path.name.removesuffix(SUFFIX)
     name = path.name if stem.endswith(SUFFIX) else stem  # "x" for x.npz, not "x.npz" for x.npz.npz
     try:
         header, cells = read_header(path)
-        return SavedMap(
+        return m.SavedMap(
             name,
             entry.st_size,
             entry.st_mtime_ns,
@@ -97,13 +86,13 @@ def describe(path: Path) -> SavedMap:
             frames_fused=header.frames_fused,
         )
     except ValueError as problem:  # of the file, or of a text that is too long for the message
-        reason = str(problem)[:MAX_FILE_TEXT_CHARS]
-        return SavedMap(name, entry.st_size, entry.st_mtime_ns, problem=reason)
+        reason = str(problem)[: m.MAX_FILE_TEXT_CHARS]
+        return m.SavedMap(name, entry.st_size, entry.st_mtime_ns, problem=reason)
 
 
 LOG = logging.getLogger("onemap.mapper")
 
-Edit = Callable[[Callable[[BeliefMap], None]], MapSummary]
+Edit = Callable[[Callable[[BeliefMap], None]], m.MapSummary]
 
 
 @contextmanager
@@ -141,14 +130,14 @@ class SavedMaps:
         bus.serve(keys.MAP_DELETE, self.delete_map)
         bus.serve(keys.MAP_MERGE, self.merge)
 
-    def list_maps(self, request: MapListRequest) -> MapList:
+    def list_maps(self, request: m.MapListRequest) -> m.MapList:
         """The saved maps, or the one of the request's name."""
         if not request.name:
             return saved_maps(self._config.map_folder)
         with refusing(f"read map {request.name}"):
-            return MapList((describe(self._existing(request.name)),))
+            return m.MapList((describe(self._existing(request.name)),))
 
-    def delete_map(self, request: MapFile) -> SavedMap:
+    def delete_map(self, request: m.MapFile) -> m.SavedMap:
         """Delete a saved map; the map in memory stays."""
         with refusing(f"delete map {request.name}"):
             path = self._existing(request.name)
@@ -162,7 +151,7 @@ class SavedMaps:
         require(path)
         return path
 
-    def merge(self, request: MapMerge) -> MapSummary:
+    def merge(self, request: m.MapMerge) -> m.MapSummary:
         """Fuse a saved map into the map in use; a rejected one changes nothing.
 
         Places and objects that come meanwhile are named, and kept, in the merged map. Map, places
@@ -200,12 +189,12 @@ def merged_objects(ours: ObjectMemory, theirs: ObjectMemory, moved: PlanarMotion
         kept, known = _moved_object(entry.kept, moved), {each.kept.object_id for each in objects}
         # An id that is known: both maps began from one file.
         if ours.same_object(kept) is None and kept.object_id not in known:
-            objects.append(PicturedObject(kept, entry.picture))
+            objects.append(m.PicturedObject(kept, entry.picture))
     objects.sort(key=lambda entry: entry.kept.last_seen_ns)
     return replace(ours, objects=tuple(objects)).limited()
 
 
-def _moved_object(kept: KeptObject, moved: PlanarMotion) -> KeptObject:
+def _moved_object(kept: m.KeptObject, moved: PlanarMotion) -> m.KeptObject:
     """The object at its place in the other frame; its extent is the box around the moved one."""
     x_min, y_min, x_max, y_max = kept.extent_m
     corners = moved.apply(np.array([(x, y) for x in (x_min, x_max) for y in (y_min, y_max)]))

@@ -17,19 +17,9 @@ from onemap_perception.config import SHIPPED
 from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import PerceptionComponents, components_of
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
-from onemap_shared.messages import (
-    Detections,
-    ObjectResult,
-    Place,
-    PlaceKind,
-    SearchRequest,
-    SearchState,
-    SearchStatus,
-    SearchViewRequest,
-    TruthRequest,
-)
 from onemap_shared.names import normalised
 from onemap_simulator.errors import ERRORS
 from onemap_simulator.generation.apartment import generate_apartment
@@ -156,7 +146,7 @@ def _search(
     if described:
         categories[described.meant] = normalised(described.phrase)
 
-    def detected(found: Detections, status: SearchStatus) -> None:
+    def detected(found: m.Detections, status: m.SearchStatus) -> None:
         if not status.target:
             return
         shown = names_in_view(labels, camera.truths[found.sequence], config, categories)
@@ -164,7 +154,7 @@ def _search(
         if normalised(name) in shown:
             counts.add(name, status.target in found.names)
 
-    def records(results: Sequence[ObjectResult]) -> tuple[ObjectRecord, ...]:
+    def records(results: Sequence[m.ObjectResult]) -> tuple[ObjectRecord, ...]:
         ended = {result.name for result in results}
         missing = [not_sought(name) for name in episode.objects if name not in ended]
         summaries = [judged(result, truth) for result in (*results, *missing)]
@@ -189,13 +179,13 @@ def _search(
         )
         with closing(search):
             status = search.run(
-                SearchRequest(
+                m.SearchRequest(
                     (described.noun,) if described else episode.objects,
                     details=(described.detail,) if described else (),
                 ),
                 options.limit * len(episode.objects) * OVERALL_LIMIT,
             )
-            view = search.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+            view = search.ask(keys.MAP_SEARCH_VIEW, m.SearchViewRequest())
     results = true_results(status.results, search.method.ends)
     if described:
         results = tuple(replace(result, name=described.phrase) for result in results)
@@ -228,12 +218,12 @@ def record_of(record: EpisodeRecord, search: WatchedSearch) -> EpisodeRecord:
     )
 
 
-def zone_places(zones: Sequence[Opening]) -> tuple[Place, ...]:
+def zone_places(zones: Sequence[Opening]) -> tuple[m.Place, ...]:
     """The rectangles as keep-out places."""
     return tuple(
-        Place(
+        m.Place(
             f"zone {index}",
-            PlaceKind.KEEP_OUT,
+            m.PlaceKind.KEEP_OUT,
             corners_m=((x0, y0), (x1, y0), (x1, y1), (x0, y1)),
         )
         for index, (x0, y0, x1, y1) in enumerate(zones)
@@ -241,8 +231,8 @@ def zone_places(zones: Sequence[Opening]) -> tuple[Place, ...]:
 
 
 def true_results(
-    results: Sequence[ObjectResult], ends: Sequence[SearchEnd]
-) -> tuple[ObjectResult, ...]:
+    results: Sequence[m.ObjectResult], ends: Sequence[SearchEnd]
+) -> tuple[m.ObjectResult, ...]:
     """The results with true places, as the robot's pose at the end of each search tells.
 
     A search starts where the one before ended; at the first start the reported pose is true.
@@ -336,12 +326,12 @@ def names_in_view(
     return {categories[index] for index in large.tolist()}
 
 
-def judged(result: ObjectResult, truth: SceneTruth) -> ObjectSummary:
+def judged(result: m.ObjectResult, truth: SceneTruth) -> ObjectSummary:
     """The result beside the ground truth; a search that was not begun has failed."""
     summary = evaluate_result(
         asdict(result),
         result.name,
-        lambda name, place: truth.reply(TruthRequest(name, *place[:2])),
+        lambda name, place: truth.reply(m.TruthRequest(name, *place[:2])),
     )
     return replace(summary, judged=True)
 
@@ -367,9 +357,9 @@ def failure_of(judged: ObjectSummary, in_view: int, detected: int) -> Failure:
     if judged.claimed:
         right = normalised(judged.nearest) == normalised(judged.name)
         return Failure.STOPPED_SHORT if right else Failure.WRONG_OBJECT
-    if judged.outcome == SearchState.FOUND_OTHER.value:
+    if judged.outcome == m.SearchState.FOUND_OTHER.value:
         return Failure.FOUND_OTHER
-    if judged.outcome == SearchState.FAILED.value and not is_timeout(judged.reason):
+    if judged.outcome == m.SearchState.FAILED.value and not is_timeout(judged.reason):
         return Failure.STUCK
     if not in_view:
         return Failure.NEVER_IN_VIEW
@@ -381,9 +371,11 @@ def is_timeout(reason: str) -> bool:
     return "the limit" in reason or reason == "the time was over"
 
 
-def not_sought(name: str) -> ObjectResult:
+def not_sought(name: str) -> m.ObjectResult:
     """The result for an object that the search did not come to."""
-    return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
+    return m.ObjectResult(
+        name, m.SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ()
+    )
 
 
 def oracle_objects(
@@ -401,7 +393,7 @@ def oracle_objects(
         driven_m = length_m if reached else 0.0
         driven = ObjectSummary(
             name=name,
-            outcome=(SearchState.FOUND if reached else SearchState.NOT_FOUND).value,
+            outcome=(m.SearchState.FOUND if reached else m.SearchState.NOT_FOUND).value,
             reason="the shortest path" if reached else "no path leads there",
             position_m=(),
             time_s=driven_m / speed_mps,

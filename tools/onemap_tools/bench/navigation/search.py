@@ -18,19 +18,9 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import Search
 from onemap_planner.world.map_view import AssembledView, PlanningView
 from onemap_shared import keys
+from onemap_shared import messages as m
 from onemap_shared.geometry import F64
 from onemap_shared.keys import Procedure
-from onemap_shared.messages import (
-    Detections,
-    FeatureField,
-    MapClear,
-    Place,
-    PlacesChange,
-    PlacesRequest,
-    RgbdFrame,
-    SearchRequest,
-    SearchStatus,
-)
 from onemap_shared.transport import CALL_TIMEOUT_S, Bus, CallError
 from onemap_shared.wire import Packet, decode
 from onemap_simulator.errors import true_place
@@ -85,10 +75,10 @@ class ComparedMethod(PlanningMethod):
         if self._switches.value_map is not None:
             self._switches.value_map.clear()
         if self._switches.forgets and search.index > 0:
-            named = bus.call(keys.MAP_PLACES, PlacesRequest(), CLEAR_TIMEOUT_S).places
-            bus.call(keys.MAP_CLEAR, MapClear(), CLEAR_TIMEOUT_S)
+            named = bus.call(keys.MAP_PLACES, m.PlacesRequest(), CLEAR_TIMEOUT_S).places
+            bus.call(keys.MAP_CLEAR, m.MapClear(), CLEAR_TIMEOUT_S)
             if named:
-                bus.call(keys.MAP_CHANGE_PLACES, PlacesChange(named), CLEAR_TIMEOUT_S)
+                bus.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(named), CLEAR_TIMEOUT_S)
         super().begin(bus, search)
         self.target = search.target
 
@@ -119,24 +109,24 @@ class ValueMapper:
     def __init__(self, values: ConfidenceValueMap, perception: PerceptionComponents) -> None:
         self._values, self._perception = values, perception
         self._wanted: dict[str, Target] = {}  # by the object's name
-        self._frames: dict[int, RgbdFrame] = {}  # by sequence, that were not encoded yet
+        self._frames: dict[int, m.RgbdFrame] = {}  # by sequence, that were not encoded yet
 
     def hear(self, key: str, packet: Packet, name: str) -> None:
         """Take a message; name: of the object that is sought, empty without one."""
         if key == keys.ROBOT_RGBD.key and self._values.names:
-            frame = decode(RgbdFrame, packet)
+            frame = decode(m.RgbdFrame, packet)
             self._frames[frame.sequence] = frame
         elif key == keys.FIELD.key and name:
-            self._add(decode(FeatureField, packet), name)
+            self._add(decode(m.FeatureField, packet), name)
 
-    def _add(self, field: FeatureField, name: str) -> None:
+    def _add(self, field: m.FeatureField, name: str) -> None:
         perception, values = self._perception, self._values
         if name not in self._wanted:
             self._wanted[name] = make_target(perception.encoder, name, values.names)
         wanted = self._wanted[name]
         if wanted.queries is None:
             return
-        seen: Detections | None = None
+        seen: m.Detections | None = None
         if values.names:
             frame = self._frames.pop(field.sequence)
             seen = detect_in_frame(perception.detector, wanted, frame, field.features)
@@ -157,8 +147,8 @@ class WatchedSearch:
         seed: int,
         *,
         method: SearchMethod = ONEMAP,
-        places: Sequence[Place] = (),
-        detected: Callable[[Detections, SearchStatus], object] = lambda _found, _status: None,
+        places: Sequence[m.Place] = (),
+        detected: Callable[[m.Detections, m.SearchStatus], object] = lambda _found, _status: None,
     ) -> None:
         self.world = VirtualWorld(seed)
         self.method = ComparedMethod(method, lambda: self.robot.pose)
@@ -170,7 +160,7 @@ class WatchedSearch:
         self._values: ValueMapper | None = None
         if values is not None:
             self._values = ValueMapper(values, equipment.perception)
-        self._status: SearchStatus | None = None
+        self._status: m.SearchStatus | None = None
         self._ended: list[str] = []  # services that did by themselves
         self.system.router.observers.append(self._hear)
         self.system.on_exit = self._exited
@@ -193,7 +183,7 @@ class WatchedSearch:
         path = self.path[: round(within_s / PATH_EVERY_S) + 1]
         return sum(map(dist, path, path[1:]))
 
-    def run(self, request: SearchRequest, limit_s: float) -> SearchStatus:
+    def run(self, request: m.SearchRequest, limit_s: float) -> m.SearchStatus:
         """Search until the search ends or ``limit_s`` have passed since its start."""
         world = self.world
         self.system.start_all()
@@ -210,7 +200,7 @@ class WatchedSearch:
         return self.status
 
     @property
-    def status(self) -> SearchStatus:
+    def status(self) -> m.SearchStatus:
         """How the search stands."""
         assert self._status is not None
         return self._status
@@ -240,10 +230,10 @@ class WatchedSearch:
         if not done:
             raise RuntimeError(f"the services did not answer within {within_s:g} s")
 
-    def _start(self, bus: VirtualBus, request: SearchRequest) -> None:
+    def _start(self, bus: VirtualBus, request: m.SearchRequest) -> None:
         while True:
             try:
-                bus.call(keys.MAP_CHANGE_PLACES, PlacesChange(self._places))
+                bus.call(keys.MAP_CHANGE_PLACES, m.PlacesChange(self._places))
                 self._status = bus.call(keys.SEARCH_START, request)
             except CallError:  # not there yet
                 bus.clock.sleep(ASKED_EVERY_S)
@@ -252,13 +242,13 @@ class WatchedSearch:
 
     def _hear(self, key: str, packet: Packet) -> None:
         if key == keys.SEARCH_STATE.key:
-            self._status = decode(SearchStatus, packet)
+            self._status = decode(m.SearchStatus, packet)
         if self._status is None:
             return
         if key == keys.ROBOT_RGBD.key:
             self.trajectory.append(self.xy)
         elif key == keys.DETECTIONS.key:
-            self._detected(decode(Detections, packet), self._status)
+            self._detected(decode(m.Detections, packet), self._status)
         if self._values is not None:
             self._values.hear(key, packet, self.method.target)
 
