@@ -14,12 +14,14 @@ from math import inf, isfinite, nan
 from types import MappingProxyType
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, area_mask, onto
 from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import (
+    NO_ROOM,
     CheckedCondition,
     Detail,
     Holds,
@@ -30,7 +32,7 @@ from onemap_shared.messages import (
     RelationKind,
 )
 from onemap_shared.names import a, same_name, the
-from onemap_shared.places import may_be_in, place_at
+from onemap_shared.places import may_be_in, near_cells, place_of, room_beside, rooms_at
 from onemap_shared.sight import in_sight
 
 LIKELY = 0.5  # of the kernel times a probability, or of a thing's cells
@@ -159,8 +161,12 @@ def _anchored(
     metres to what speaks most for it, or without that to the nearest that is likely an anchor;
     infinity without any."""
     similarity = np.nan_to_num(around.anchors[name], nan=0.0)
-    similar = np.argwhere(similarity >= MAYBE)
-    known = [each.cells for each in around.things.get(name, ())]
+    blobs, count = ndimage.label(similarity >= MAYBE, np.ones((3, 3)))
+    shown = [np.argwhere(blobs == index) for index in range(1, count + 1)]
+    shown = [each for each in shown if not _walled_off(thing.cells, each, around)]
+    similar = np.vstack([np.empty((0, 2), np.int64), *shown])
+    things = around.things.get(name, ())
+    known = [t.cells for t in things if not _walled_off(thing.cells, t.cells, around)]
     known_cells = np.vstack([np.empty((0, 2), np.int64), *known])
     cells = np.vstack([similar, known_cells])
     if len(cells) == 0:
@@ -173,6 +179,21 @@ def _anchored(
     most = float(believed.max())
     telling = believed >= min(most, LIKELY) if most >= MAYBE else probability >= LIKELY
     return most, float(holds.max()), float(away_m[telling].min(initial=inf))
+
+
+def _walled_off(cells: I64, anchor: I64, around: Surroundings) -> bool:
+    """Whether an anchor (M, 2) stands beside another room's floor than the cells (K, 2) do, and
+    something between them hides it: a wall."""
+    if len(anchor) == 0:
+        return False
+    rooms = [room_beside(around.places, around.grid, each) for each in (cells, anchor)]
+    if NO_ROOM in rooms or rooms[0] == rooms[1]:
+        return False
+    away, nearest = cKDTree(anchor).query(cells)
+    start, end = cells[away.argmin()], anchor[nearest[away.argmin()]]
+    steps = np.linspace(start, end, 2 * int(np.abs(end - start).max()) + 1).round().astype(np.int64)
+    own = {tuple(cell) for cell in np.vstack([cells, anchor])}
+    return any(around.occupancy[x, y] == Occupancy.OCCUPIED for x, y in steps if (x, y) not in own)
 
 
 def _at_height(relation: Relation, thing: Thing, around: Surroundings) -> bool:
@@ -210,8 +231,7 @@ def _unseen_m2(cells: I64, around: Surroundings, range_m: float) -> float:
 
 
 def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[CheckedCondition]:
-    middle_m = around.grid.centres(cells).mean(axis=0)
-    held = place_at(around.places, (float(middle_m[0]), float(middle_m[1])))
+    held = place_of(around.places, around.grid, cells)
     # What the map suggests may be half of a room that has two uses: it tells where a thing is, not
     # where it is not.
     elsewhere = held is not None and not held.corners_m and not held.suggested
@@ -250,19 +270,18 @@ def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:
         return True
     grid, places = around.grid, around.places
     unseen = onto(places.grid, grid, around.occupancy, Occupancy.UNKNOWN) == Occupancy.UNKNOWN
-    return may_be_in(places, name, grid.centres(cells).mean(axis=0), unseen)
+    return may_be_in(places, name, room_beside(places, grid, cells), unseen)
 
 
 def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:
-    """Whether half of the cells (K, 2) lie in a place (nx, ny), or as near as the map blurs."""
-    reach = int(FADE_M / around.grid.cell_size_m)
-    steps = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
-    steps = steps[np.hypot(*steps.T) <= reach]
-    near = cells[:, None] + steps
-    inside = around.grid.contains(near)
+    """Whether half of the cells (K, 2) lie in a place (nx, ny), or as near as the map blurs, and
+    half of the floor beside them: behind a wall is another room's."""
+    near = near_cells(cells, around.grid)
     x, y = np.clip(near, 0, np.array(mask.shape) - 1).reshape(-1, 2).T
-    found = (mask[x, y].reshape(inside.shape) & inside).any(axis=1)
-    return bool(found.mean() >= LIKELY)
+    held = mask[x, y].reshape(near.shape[:2]) & around.grid.contains(near)
+    floor = rooms_at(around.places, around.grid, near) != NO_ROOM
+    beside = held[floor].mean() if floor.any() else 1.0
+    return bool(held.any(axis=1).mean() >= LIKELY and beside >= LIKELY)
 
 
 def _colour(candidate: Candidate, colour: str, around: Surroundings) -> CheckedCondition:

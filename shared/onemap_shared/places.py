@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from onemap_shared.geometry import F64, I32, Bool
+from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind
 
 NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
 SPECK_M = 0.3  # what was not seen and is narrower hides no wall, and no way
+BESIDE_M = 0.25  # beside a thing: what the map blurs, two cells
 NAMED_M = 0.3  # from the point that names a room to the part of it that it names
 NOWHERE = MapPlaces(0, -1, (), (), GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
 
@@ -35,13 +36,46 @@ def room_at(ids: I32, grid: GridSpec, point_m: Sequence[float], within_m: float 
     return int(near[tuple(cells[nearest])]) if distances[nearest] <= reach else NO_ROOM
 
 
-def place_at(places: MapPlaces, point_m: Sequence[float]) -> Place | None:
-    """The place with a name that holds x, y, metres: a polygon, else the room; None without any.
+def near_cells(cells: I64, grid: GridSpec) -> I64:
+    """The cells (K, n, 2) within ``BESIDE_M`` of each of (K, 2), also beyond the grid."""
+    reach = int(BESIDE_M / grid.cell_size_m)
+    steps = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1), bool)) - reach
+    near: I64 = cells[:, None] + steps[np.hypot(*steps.T) <= reach]
+    return near
+
+
+def rooms_at(places: MapPlaces, grid: GridSpec, cells: I64) -> I32:
+    """The room of the floor at cells (..., 2) of ``grid``; NO_ROOM where none is."""
+    if places.ids.size == 0:
+        return np.full(cells.shape[:-1], NO_ROOM, np.int32)
+    there = cells + np.subtract(grid.origin_cell, places.grid.origin_cell)
+    x, y = np.moveaxis(np.clip(there, 0, np.array(places.ids.shape) - 1), -1, 0)
+    rooms: I32 = np.where(places.grid.contains(there), places.ids[x, y], np.int32(NO_ROOM))
+    return rooms
+
+
+def room_beside(places: MapPlaces, grid: GridSpec, cells: I64) -> int:
+    """The room of a thing of cells (K, 2): of most of the floor beside it, since its back may be
+    nearer to the room behind the wall; else of the nearest floor; NO_ROOM without any."""
+    if len(cells) == 0:
+        return NO_ROOM
+    rooms = rooms_at(places, grid, near_cells(cells, grid))
+    found, counts = np.unique(rooms[rooms != NO_ROOM], return_counts=True)
+    if len(found):
+        return int(found[counts.argmax()])
+    return room_at(places.ids, places.grid, grid.centres(cells).mean(axis=0))
+
+
+def place_of(places: MapPlaces, grid: GridSpec, cells: I64) -> Place | None:
+    """The place with a name that a thing of cells (K, 2) is in: a polygon that holds its middle,
+    else its room; None without any.
 
     Zones that a robot keeps out of say where nothing is to be, not where something is.
     """
-    x_m, y_m = point_m[:2]
-    room = room_at(places.ids, places.grid, (x_m, y_m))
+    if len(cells) == 0:
+        return None
+    x_m, y_m = map(float, grid.centres(cells).mean(axis=0))
+    room = room_beside(places, grid, cells)
     cell = GridSpec.covering(places.grid.cell_size_m, (x_m, y_m), (x_m, y_m))
     found = None
     for place, its_room in zip(places.places, places.rooms, strict=True):
@@ -74,14 +108,13 @@ def place_mask(
     return onto(grid, places.grid, cells)
 
 
-def may_be_in(places: MapPlaces, name: str, point_m: Sequence[float], unseen: Bool) -> bool:
-    """Whether x, y may turn out to be in the room of a name, though the map has it in no or another
-    one: floor that was not seen lies between.
+def may_be_in(places: MapPlaces, name: str, here: int, unseen: Bool) -> bool:
+    """Whether the floor of a room, ``here``, may turn out to be in the room of a name: floor that
+    was not seen lies between.
 
     unseen: (nx, ny) of the grid of the places; what is narrower than ``SPECK_M`` hides no way.
     """
     _, room = places.get(name) or (None, NO_ROOM)
-    here = room_at(places.ids, places.grid, point_m)
     if NO_ROOM in (room, here):
         return room != NO_ROOM
     speck = round(SPECK_M / places.grid.cell_size_m)

@@ -34,7 +34,7 @@ from onemap_shared.messages import (
 from onemap_shared.messages.details import NEXT_TO_M
 from onemap_shared.messages.objects import MAX_WHERE_CHARS
 from onemap_shared.names import same_name
-from onemap_shared.places import NOWHERE, place_at
+from onemap_shared.places import NOWHERE, place_of
 
 # What people say where a thing is by: large, and rarely moved.
 LANDMARKS = (
@@ -86,7 +86,7 @@ def whereabouts(
     for cells in regions:
         thing = Thing(cells, _middle_m(version, cells))
         x_m, y_m = grid.centres(cells).mean(axis=0).tolist()
-        place = place_at(known.places, (x_m, y_m))
+        place = place_of(known.places, grid, cells)
         near = [*found, *_shown(version, cells, landmarks)]
         relation, landmark = _beside(name, thing, near, grid)
         object_id = _found_here(name, (x_m, y_m), known.finds)
@@ -117,7 +117,8 @@ def where_found(
     found = [Landmark(each.name, thing_of(each, grid)) for each in known.finds]
     told = []
     for kept in finds:
-        place, thing = place_at(known.places, kept.position_m[:2]), thing_of(kept, grid)
+        thing = thing_of(kept, grid)
+        place = place_of(known.places, grid, thing.cells)
         relation, landmark = RelationKind.NEXT_TO, ""
         if len(thing.cells):
             near = [*found, *_shown(version, thing.cells, landmarks)]
