@@ -21,7 +21,7 @@ from onemap_tools.train.commands import app
 from onemap_tools.train.evaluation import figures_table
 from onemap_tools.train.frames import FrameSetSpec
 from onemap_tools.train.network import Backbone
-from onemap_tools.train.pipeline import TrainingFolders, frame_sets
+from onemap_tools.train.pipeline import frame_sets
 from onemap_tools.train.trainer import TrainingRecord, TrainState
 from tests.simulator.scenes import box_room
 from tests.tools.processes.pickling_pool import PicklingPool
@@ -29,7 +29,7 @@ from tests.tools.train.tiny import embed, published, tiny_frames, tiny_params
 
 
 def test_no_seed_occurs_in_two_sets_of_frames() -> None:
-    sets = frame_sets(600, 20)
+    sets = frame_sets(600)
     for one, other in combinations(sets.values(), 2):
         assert not set(one.seeds) & set(other.seeds)
     assert (len(sets["train"].seeds), sets["train"].count) == (600, 12_000)
@@ -38,19 +38,19 @@ def test_no_seed_occurs_in_two_sets_of_frames() -> None:
 def test_an_export_that_fails_leaves_the_encoder_that_was_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    folders.output.mkdir()
+    work, output = tmp_path / "work", tmp_path / "encoder"
+    output.mkdir()
     before = b"weights of before"
-    (folders.output / NETWORK_FILE).write_bytes(before)
+    (output / NETWORK_FILE).write_bytes(before)
     state = TrainState(tiny_params(), TrainingRecord(3, 0, 6, 1), torch.device("cpu"))
-    (folders.work / "run").mkdir(parents=True)
-    state.save(folders.work / "run")
+    (work / "run").mkdir(parents=True)
+    state.save(work / "run")
     monkeypatch.setattr(pipeline, "open_frames", lambda *_: tiny_frames())
     monkeypatch.setattr(pipeline, "compare_with_torch", lambda *_: float("nan"))
     with pytest.raises(ValueError, match="least cosine nan"):
-        pipeline.export(folders)
-    assert [path.name for path in folders.output.iterdir()] == [NETWORK_FILE]
-    assert (folders.output / NETWORK_FILE).read_bytes() == before
+        pipeline.export(work, output)
+    assert [path.name for path in output.iterdir()] == [NETWORK_FILE]
+    assert (output / NETWORK_FILE).read_bytes() == before
 
 
 @pytest.mark.slow
@@ -65,19 +65,19 @@ def test_all_steps_make_an_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(pipeline, "find_pretrained", lambda: (weights, embed))
     monkeypatch.setattr(pipeline, "_open_sentence_encoder", lambda: embed)  # else 20 s
     monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: None)  # for this process's sake
-    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
-    pipeline.render(folders, 1, 4, 1)
-    pipeline.train(folders, tiny_params(), "cpu", 1)
-    assert pipeline.export(folders) > 0.999
-    assert (folders.output / NETWORK_FILE).stat().st_size < 12 * 2**20
-    assert not list(folders.output.glob(".export-*"))
-    assert load_calibration(folders.output).floor == 0  # measured by another command
-    shutil.rmtree(folders.work / "train")  # only the training needs them
-    figures = pipeline.evaluate_encoder(folders)
-    assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
+    work, output = tmp_path / "work", tmp_path / "encoder"
+    pipeline.render(work, 1, 1)
+    pipeline.train(work, tiny_params(), "cpu", 1)
+    assert pipeline.export(work, output) > 0.999
+    assert (output / NETWORK_FILE).stat().st_size < 12 * 2**20
+    assert not list(output.glob(".export-*"))
+    assert load_calibration(output).floor == 0  # measured by another command
+    shutil.rmtree(work / "train")  # only the training needs them
+    figures = pipeline.evaluate_encoder(work, output)
+    assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
     assert figures_table(figures).endswith("| images | 2 | 2 |")
-    record = json.loads((folders.output / pipeline.TRAINING_FILE).read_text(encoding="utf-8"))
+    record = json.loads((output / pipeline.TRAINING_FILE).read_text(encoding="utf-8"))
     assert record == {"steps": 3, "seed": 0, "pictures": 2, "apartments": 1}
 
 

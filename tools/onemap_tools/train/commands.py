@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -15,16 +15,12 @@ from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.options import Json
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 
-if TYPE_CHECKING:
-    from onemap_tools.train.pipeline import TrainingFolders
-
 app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Train an encoder like the shipped one."
 )
 
 # Of the shipped encoder.
 APARTMENTS = 600
-PER_APARTMENT = 20
 STEPS = 10_000  # about two hours on two CPU cores
 SEED = 0
 CORES = os.cpu_count() or 1
@@ -56,14 +52,13 @@ def mini(
     cores: Cores = CORES,
 ) -> None:
     """Render, train, export and evaluate; continues where it was stopped."""
-    folders = _folders(work, output)
     with _pipeline() as pipeline:
         # Not only after a quarter of an hour of rendering.
         pipeline.find_pretrained()
         pipeline.choose_device(device)
-        pipeline.render(folders, apartments, PER_APARTMENT, cores)
-        pipeline.train(folders, pipeline.TrainParams(steps=steps, seed=seed), device, cores)
-        least_cosine = pipeline.export(folders)
+        pipeline.render(work, apartments, cores)
+        pipeline.train(work, pipeline.TrainParams(steps=steps, seed=seed), device, cores)
+        least_cosine = pipeline.export(work, output or work / "encoder")
     typer.echo(f"exported; least cosine to torch {least_cosine:.6f}")
     evaluate(work, output)
 
@@ -72,17 +67,11 @@ def mini(
 def evaluate(work: WorkFolder = DEFAULT_WORK, output: Output = None, as_json: Json = False) -> None:
     """Measure the exported encoder on apartments outside the training set."""
     with _pipeline() as pipeline:
-        figures = pipeline.evaluate_encoder(_folders(work, output))
+        figures = pipeline.evaluate_encoder(work, output or work / "encoder")
         from onemap_tools.train.evaluation import figures_table
     typer.echo(f"encoder {figures['encoder_id']}\n{figures_table(figures)}", err=as_json)
     if as_json:
         typer.echo(json.dumps(figures))
-
-
-def _folders(folder: Path, output: Path | None) -> TrainingFolders:
-    with _pipeline() as pipeline:
-        folders: TrainingFolders = pipeline.TrainingFolders(folder, output or folder / "encoder")
-        return folders
 
 
 @contextmanager

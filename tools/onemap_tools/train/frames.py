@@ -42,7 +42,7 @@ class FrameSetSpec:
     """A set of frames to render: ``per_scene`` of each seed's apartment in one style."""
 
     seeds: tuple[int, ...]
-    per_scene: int
+    per_scene: int = 20
     width: int = 320
     height: int = 240
     style: Style = TRAINING

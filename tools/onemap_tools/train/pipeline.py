@@ -13,7 +13,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,21 +63,13 @@ M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
 UNLIMITED_BYTES = 2**31 - 1
 
 
-@dataclass(frozen=True, slots=True)
-class TrainingFolders:
-    """``work``: frames and checkpoints; ``output``: the encoder's files."""
-
-    work: Path
-    output: Path
-
-
-def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
+def frame_sets(apartments: int) -> dict[str, FrameSetSpec]:
     """The frames to render, by folder. No seed occurs in two of them."""
     return {
-        "held_out": FrameSetSpec(tuple(EVALUATION_SEEDS[:30]), 20),
-        "other_style": FrameSetSpec(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
-        "calibrate": FrameSetSpec(tuple(EVALUATION_SEEDS[60:75]), 20),
-        "train": FrameSetSpec(tuple(TRAIN_SEEDS[:apartments]), per_apartment),
+        "held_out": FrameSetSpec(tuple(EVALUATION_SEEDS[:30])),
+        "other_style": FrameSetSpec(tuple(EVALUATION_SEEDS[30:60]), style=HELD_OUT),
+        "calibrate": FrameSetSpec(tuple(EVALUATION_SEEDS[60:75])),
+        "train": FrameSetSpec(tuple(TRAIN_SEEDS[:apartments])),
     }
 
 
@@ -94,21 +86,21 @@ def find_pretrained() -> tuple[Path, EmbedTexts]:
     return weights, sentence_encoder
 
 
-def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
+def render(work: Path, apartments: int, processes: int) -> None:
     """Render all frames; continues an interrupted rendering."""
     names = load_vocabulary(SHIPPED).names
-    for name, spec in frame_sets(apartments, per_apartment).items():
+    for name, spec in frame_sets(apartments).items():
         with _progress_bar(f"rendering {name}", spec.count) as show:
-            for done in render_frames(folders.work / name, names, spec, processes):
+            for done in render_frames(work / name, names, spec, processes):
                 show(done)
 
 
-def train(folders: TrainingFolders, params: TrainParams, device: str, threads: int) -> None:
+def train(work: Path, params: TrainParams, device: str, threads: int) -> None:
     """Train on the rendered frames; continues from the checkpoint.
 
     ``device``: auto means CUDA if there is a device.
     """
-    frames = open_frames(folders.work / "train")
+    frames = open_frames(work / "train")
     weights, sentence_encoder = find_pretrained()
     bank = build_text_bank(load_vocabulary(SHIPPED), sentence_encoder)
     if sys.platform == "linux":
@@ -119,7 +111,7 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
         train_mini(
             frames,
             bank,
-            folders.work / "run",
+            work / "run",
             params=replace(params, backbone_weights=weights),
             device=chosen,
             report=lambda step, loss: show(step, f"loss {loss:.3f}"),
@@ -142,15 +134,14 @@ def keep_freed_memory() -> None:
         mallopt(M_TRIM_THRESHOLD, UNLIMITED_BYTES)
 
 
-def export(folders: TrainingFolders) -> float:
-    """Write weights, embedding table, calibration and what they were trained with.
+def export(work: Path, output: Path) -> float:
+    """Write weights, embedding table, calibration and what they were trained with to ``output``.
 
     All of them or, where a step fails, none: an encoder that was there stays as it was. Returns
     the least cosine of a patch to torch.
     """
-    output = folders.output
-    network, record = load_averaged_network(folders.work / "run")
-    frames = open_frames(folders.work / "calibrate")
+    network, record = load_averaged_network(work / "run")
+    frames = open_frames(work / "calibrate")
     compared = np.stack([frames[i][0] for i in range(min(COMPARED_IMAGES, len(frames)))])
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".export-") as name:
@@ -178,17 +169,17 @@ def _save(calibration: Calibration, folder: Path) -> None:
     (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")
 
 
-def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
+def evaluate_encoder(work: Path, output: Path) -> dict[str, Any]:
     """Figures on held-out apartments and on the simulator's held-out style.
 
     Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
-    encoder = MiniEncoder(MiniParams(folder=folders.output), raw=True)
+    encoder = MiniEncoder(MiniParams(folder=output), raw=True)
     result: dict[str, Any] = {"encoder_id": encoder.encoder_id}
     for name in EVALUATION_SETS:
-        frames = open_frames(folders.work / name)
+        frames = open_frames(work / name)
         with _progress_bar(f"evaluating {name}", len(frames)) as show:
-            result[name] = evaluate(encoder, load_vocabulary(folders.output), frames, show)
+            result[name] = evaluate(encoder, load_vocabulary(output), frames, show)
     return result
 
 
