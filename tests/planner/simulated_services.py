@@ -70,6 +70,7 @@ class SimulatedServices:
         self.config = config
         self.count = self.places_version = self.objects_version = 0
         self.pose, self.offset_m = pose_2d(2.0, 2.0, 0.0), 0.0
+        self.map_id = ""
         self.lag_s = 0.0  # of the map's frame behind the odometry
         self.start_planner()
 
@@ -129,6 +130,7 @@ class SimulatedServices:
                     places_version=self.places_version,
                     objects_version=self.objects_version,
                     offset_m=self.offset_m,
+                    map_id=self.map_id,
                 )
             )
         self.planner.step(0.0)

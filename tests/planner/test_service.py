@@ -342,6 +342,25 @@ def test_a_search_ends_with_the_driver_that_it_was_accepted_for(
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 
+@pytest.mark.parametrize("drive", [True, False])
+def test_no_drive_goes_on_to_coordinates_of_a_map_that_was_replaced(
+    services: SimulatedServices, drive: bool
+) -> None:
+    services.map_id = "before"
+    services.frame()
+    search_id = services.go_to(7.0, 7.0).search_id if drive else services.start("sofa").search_id
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.map_id = "loaded"
+    services.until(lambda: services.planner._registry.find(search_id).start_lost)
+    assert services.get(search_id).active is not drive
+    if drive:
+        assert services.get(search_id).state is SearchState.FAILED
+        assert "the map was replaced" in services.get(search_id).reason
+        services.sent_commands()
+        services.frame()
+        assert not any(map(moves, services.sent_commands()))
+
+
 def test_a_driver_that_lost_the_router_is_no_other(services: SimulatedServices) -> None:
     services.restart_driver(named=False, joined=True)
     services.start("sofa")

@@ -15,7 +15,7 @@ from onemap_planner.policy.names import synonyms_of
 from onemap_planner.policy.state import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search import decision_log
 from onemap_planner.search import state_machine as sm
-from onemap_planner.sentences import no_place
+from onemap_planner.sentences import MAP_REPLACED, no_place
 from onemap_shared import keys
 from onemap_shared.clock import Clock
 from onemap_shared.messages import (
@@ -114,6 +114,16 @@ class SearchRegistry:
         with self._lock:
             if self._state is not None and self._state.found_objects:
                 self._state = replace(self._state, found_objects=())
+
+    def replace_map(self, stamp: sm.EventStamp) -> None:
+        """End a drive to coordinates of the map before, also back; a search has no way back."""
+        with self._lock:
+            if self._state is None or not self._state.search.active:
+                return
+            search = replace(self._state.search, start_lost=True)
+            if search.destination is not None or search.way_back is not None:
+                search = sm.transition(search, sm.Ending(SearchState.FAILED, MAP_REPLACED), stamp)
+            self._state = replace(self._state, search=self._stamped(search))
 
     def cancel(self, search_id: str, stamp: sm.EventStamp) -> sm.Search:
         """Cancel a search; one that is over stays as it ended. A start that is still checked is

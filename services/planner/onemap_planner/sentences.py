@@ -126,7 +126,9 @@ def driving(place: str, *, look: bool, where: str = "") -> str:
 
 RETURNING = "going back to where it set out"
 RETURNED = "back where it set out"
-START_LOST = "the robot's position jumped since, and that may be another place now"
+START_LOST = (
+    "the robot's position jumped or the map was replaced since, and that may be another place now"
+)
 
 
 def not_returned(why: str) -> str:
@@ -140,6 +142,9 @@ def onward(place: str) -> str:
 
 
 MAP_ANEW = "the map began anew: "
+MAP_REPLACED = (
+    "the map was replaced, and these coordinates may be another place now: say again where to drive"
+)
 MOVED = "it was moved, or its position was wrong: "
 
 

@@ -120,6 +120,7 @@ class Planner:
                 self._registry.clear_found_objects()
             if self._inputs.exchange_count > before.exchange_count:
                 self._planning_thread.forget_finds()
+                self._registry.replace_map(self._stamp())
         new_plan = self._planning_thread.result.plan is not self._controlled.plan
         if new_plan or now_s >= self._next_control_s:
             period_s = 1.0 / self._config.control_hz  # also after a new plan, which came early

@@ -136,8 +136,8 @@ def test_it_does_not_return_to_coordinates_of_before_a_jump(on_way_back: bool) -
     search = run.until_over(400.0)
     assert search.phase == Finished(SearchState.FOUND)
     assert search.reason == (
-        "found 1 of 1; it did not get back to where it set out: the robot's position jumped since, "
-        "and that may be another place now"
+        "found 1 of 1; it did not get back to where it set out: the robot's position jumped or "
+        "the map was replaced since, and that may be another place now"
     )
     assert search.start_lost
     assert search.returned_m < 0.5

@@ -161,8 +161,8 @@ class Search:
     whose rest it is, or empty. began_s: of the planner's monotonic clock; took_s: seconds until its
     end, None before. passed: things of the present object's name that are left aside. start_xy:
     where the robot stood when it was accepted, None without odometry; start_lost: its pose jumped
-    since, so that this may be another place; way_back: once it returns there, by ``after``;
-    returned_m: metres driven for that.
+    since, or the map was replaced, so that this may be another place; way_back: once it returns
+    there, by ``after``; returned_m: metres driven for that.
     """
 
     search_id: str
