@@ -87,6 +87,11 @@ def appending(path: Path) -> Iterator[IO[bytes]]:
         disk.sync_folder(path.parent)
 
 
+def sync(path: Path, file: IO[bytes]) -> None:
+    """Return when the bytes of an open file for this path are on disk. Raises OSError."""
+    _disk_of(path).sync(file)
+
+
 def make_folder(folder: Path) -> None:
     """Make a folder and those above it, where they are missing. Raises OSError."""
     if not folder.exists():

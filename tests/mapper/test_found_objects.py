@@ -170,9 +170,10 @@ def test_an_unreadable_file_is_one_sentence_in_the_log(
     assert "the found objects are lost" in record.getMessage()
 
 
-def test_a_full_disk_is_a_problem_and_no_loss_in_memory(
+def test_a_find_that_cannot_be_written_is_refused_until_it_can(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The planner sends it again."""
     kept = Kept(tmp_path)
 
     def full(*_arguments: object) -> None:
@@ -180,9 +181,11 @@ def test_a_full_disk_is_a_problem_and_no_loss_in_memory(
 
     with monkeypatch.context() as patch:
         patch.setattr("onemap_mapper.storage.kept.replacing", full)
-        kept.remember("bed")
-    assert kept.names() == ["bed"]
-    assert "No space left on device; a restart of the mapper loses them" in kept.keeper.problem
-    kept.remember("sofa")
+        with pytest.raises(RemoteError, match="No space left on device") as refusal:
+            kept.remember("bed")
+    assert refusal.value.code == "storage"
+    assert kept.names() == []
+    assert "cannot write the found objects" in kept.keeper.problem
+    kept.remember("bed")
     assert kept.keeper.problem == ""
-    assert Kept(tmp_path).names() == ["sofa", "bed"]
+    assert Kept(tmp_path).names() == ["bed"]

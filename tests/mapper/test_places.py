@@ -394,3 +394,40 @@ def test_what_is_kept_is_read_as_it_was_written_or_not_at_all(data: st.DataObjec
         again = FileKept(Path(folder), FORM, lambda: None, SystemClock())
         if not again.unreadable:
             assert again.value.places == (ZONE,)
+
+
+def full(_path: Path) -> None:
+    raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("procedure", "request_"),
+    [
+        (keys.MAP_MERGE, m.MapMerge("zoned")),
+        (keys.MAP_LOAD, m.MapFile("zoned")),
+        (keys.MAP_CLEAR, m.MapClear()),
+        (keys.MAP_CHANGE_PLACES, m.PlacesChange((replace(ZONE, name="hole"),))),
+    ],
+)
+def test_zones_that_cannot_be_written_refuse_the_whole_change(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    procedure: keys.Procedure[Any, Any],
+    request_: Any,
+) -> None:
+    """Neither the map in use nor its zones change, in memory and on disk."""
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+    rig.client.call(keys.MAP_SAVE, m.MapFile("zoned"))
+    rig.feed(scenes.field(1, scenes.pose()))
+    other = m.PlacesChange((replace(ZONE, name="ramp"),), ("stairs",))
+    rig.client.call(keys.MAP_CHANGE_PLACES, other)
+    rig.newest()
+    with monkeypatch.context() as patch:
+        patch.setattr("onemap_mapper.storage.kept.replacing", full)
+        assert "storage: cannot write the named places" in refused(rig, procedure, request_)
+    assert rig.revisions.take(0.0) is None
+    assert rig.metric("frames_fused") == 2
+    for each in (rig, Rig(tmp_path)):
+        assert [p.name for p in each.client.call(keys.MAP_PLACES, LIST).places] == ["ramp"]

@@ -271,15 +271,15 @@ class Mapper:
             restored = restore(content, params, encoder_id=encoder_id, first_revision=0)
             size = path.stat().st_size
         summary = replace(summary_of(restored), path=str(path), file_bytes=size)
-        self._world.adopt()
-        self._exchange(restored, content.places, content.objects)
+        self._exchange(restored, content.places, content.objects, first=self._world.adopt)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return summary
 
     def clear(self, _request: m.MapClear) -> m.MapSummary:
         """Start an empty map, without found objects and places."""
+        cleared = self._exchange(BeliefMap(self._config.map))
         self._world.waits = False
-        return self._exchange(BeliefMap(self._config.map))
+        return cleared
 
     def _rooms(self) -> Rooms:
         """The rooms of the map; frames are fused while they are cut."""
@@ -340,6 +340,8 @@ class Mapper:
             raise FieldRejected(
                 f"cannot set aside in {folder} what belongs to another world: {problem.strerror}"
             ) from problem
+        except RequestRejected as problem:
+            raise FieldRejected(str(problem)) from problem
         return self._map
 
     def _leave(self, belief: BeliefMap, why: str) -> None:
@@ -383,16 +385,17 @@ class Mapper:
     ) -> m.MapSummary:
         """Another map with its places and found objects, in one announced revision.
 
-        first: called with all locks held; what it raises leaves everything as it was.
+        first: called with all locks held; what it raises leaves everything as it was, as does
+        ``RequestRejected``, for what cannot be written.
         """
         with (
             self._places.kept.exclusive() as put_places,
             self._objects.kept.exclusive() as put_objects,
             self._lock,
         ):
-            first()
             put_places(self._places.exchanged(places))
             put_objects(self._objects.memory.changed_to(objects))
+            first()
             belief.revision = self._map.revision + 1
             self._replace(belief)
             self._checkpoints.replaced(due=belief.dimension > 0)

@@ -96,8 +96,6 @@ class PlaceKeeper:
                 self.kept.change(lambda memory: memory.changed(request.named, request.forgotten))
         except KeyError as problem:
             raise RequestRejected("no_such_place", f"there is {problem.args[0]}") from None
-        if self.kept.problem:  # they hold now, but not for sure for long
-            raise RequestRejected("storage", self.kept.problem)
         for place in request.named:
             LOG.info("%s %r is named", place.kind, place.name)
         for name in request.forgotten:

@@ -7,13 +7,13 @@ from __future__ import annotations
 import logging
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from onemap_shared.atomic_file import move, remove, replacing
+from onemap_shared.atomic_file import move, remove, replacing, sync
 from onemap_shared.clock import Clock
 from onemap_shared.transport import RequestRejected
 
@@ -74,7 +74,7 @@ class Kept(Generic[M]):
         return self._value
 
     def change(self, update: Callable[[M], M]) -> M:
-        """Apply a change and write the file; a failed write is reported, the change stays."""
+        """Apply a change and write the file. Raises as ``exclusive``; then nothing changes."""
         return self.replace(lambda: update(self.value))
 
     def replace(self, make: Callable[[], M]) -> M:
@@ -87,25 +87,29 @@ class Kept(Generic[M]):
     def exclusive(self) -> Iterator[Callable[[M], None]]:
         """Nobody else changes the value meanwhile, so that a change may rest on what was read.
 
-        What is put is the value at once, is written and announced at the end, and is taken back if
-        the change raises. The lock of the map may be taken meanwhile, not before.
+        What is put is on disk and the value at once; it takes the place of the file and is
+        announced at the end, and is taken back if the change raises. The lock of the map may be
+        taken meanwhile, not before. ``put`` raises ``RequestRejected``, a change is refused whole,
+        if the file cannot be written: call it before anything else is changed.
         """
+        before = None
+        try:
+            with self._lock, ExitStack() as written:
+                before = self._value
 
-        def put(value: M) -> None:
-            self._value = value
+                def put(value: M) -> None:
+                    if value is not before:
+                        written.enter_context(self._written(value))
+                        self._value = value
 
-        with self._lock:
-            before = self._value
-            try:
-                yield put
-            except BaseException:
-                self._value = before
-                raise
-            changed = self._value is not before
-            if changed:
-                self._write(self.value)
-        if changed:
-            self._announce()
+                try:
+                    yield put
+                except BaseException:
+                    self._value = before
+                    raise
+        finally:
+            if self._value is not before:
+                self._announce()
 
     def _read(self) -> M | None:
         try:
@@ -136,26 +140,39 @@ class Kept(Generic[M]):
         move(self._path, aside)
         return aside
 
-    def _write(self, value: M) -> None:
-        try:
-            if self.unreadable and self._path.exists():
-                LOG.warning("%s is kept as %s", self._path, self._set_aside().name)
-            if data := self._form.to_bytes(value):
-                with replacing(self._path) as file:
+    @contextmanager
+    def _written(self, value: M) -> Iterator[None]:
+        """The value beside the file, whose place it takes at the end unless that raises."""
+        data = self._form.to_bytes(value)
+        with ExitStack() as new:
+            with self._storing():
+                if data:
+                    file = new.enter_context(replacing(self._path))
                     file.write(sealed(data))
-            else:
-                remove(self._path)
-            self.problem = self.unreadable = ""
+                    sync(self._path, file)  # so that a full disk shows before anything is changed
+            yield
+            with self._storing():
+                if self.unreadable and self._path.exists():
+                    LOG.warning("%s is kept as %s", self._path, self._set_aside().name)
+                new.close()
+                if not data:
+                    remove(self._path)
+        self.problem = self.unreadable = ""
+
+    @contextmanager
+    def _storing(self) -> Iterator[None]:
+        try:
+            yield
         except OSError as problem:
-            self.unreadable = ""
             self._report(
-                f"cannot write {self._form.what} to {self._path.parent}: {problem.strerror}; a "
-                "restart of the mapper loses them"
+                f"cannot write {self._form.what} to {self._path.parent}: {problem.strerror}"
             )
+            raise RequestRejected("storage", self.problem) from problem
 
     def _report(self, problem: str) -> None:
+        if problem != self.problem:
+            LOG.error("%s", problem)
         self.problem = problem
-        LOG.error("%s", problem)
 
 
 def sealed(data: bytes) -> bytes:

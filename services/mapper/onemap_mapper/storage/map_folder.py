@@ -171,9 +171,9 @@ class SavedMaps:
                 objects = ours.changed_to(merged_objects(ours, content.objects, moved))
 
                 def merged(belief: BeliefMap) -> None:
-                    merge_into(belief, content, moved)
                     put_places(places)
                     put_objects(objects)
+                    merge_into(belief, content, moved)
 
                 summary = self._edit(merged)
         LOG.info("merged %s into the map: %d cells", path, summary.cells_observed)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -103,7 +103,7 @@ def zones_are_not_followed(patch: pytest.MonkeyPatch) -> None:
 
 
 def nothing_is_written(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(Kept, "_write", lambda *_: None)
+    patch.setattr(Kept, "_written", lambda *_: nullcontext())
 
 
 def unreadable_is_empty(patch: pytest.MonkeyPatch) -> None:
