@@ -53,7 +53,7 @@ async def name_place(name: NewName, request: PlaceRequest, gateway: GatewayDep) 
     """Name the room that holds a point, the room of the robot, or a polygon.
 
     A place that has the name is replaced. No robot enters a `keep_out` place from now on. One that
-    cannot be written (507) holds until the mapper restarts.
+    cannot be written (507) changes nothing.
     """
     robot_m = gateway.robot_xy_m()
     if request.is_here and not robot_m:
