@@ -349,6 +349,30 @@ def test_places_whose_file_is_gone_are_missed(tmp_path: Path) -> None:
     assert stays_after(rig, tmp_path).client.call(keys.MAP_PLACES, LIST).places == ()
 
 
+@pytest.mark.parametrize("older", [False, True])
+def test_places_that_are_gone_or_older_than_what_was_acknowledged_are_missed(
+    tmp_path: Path, older: bool
+) -> None:
+    """Without any checkpoint: a second file tells their version."""
+    rig, path = Rig(tmp_path), tmp_path / FORM.file_name
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+    before = path.read_bytes()
+    rig.client.call(keys.MAP_CHANGE_PLACES, m.PlacesChange((replace(ZONE, name="ramp"),)))
+    whole = path.read_bytes()
+    path.unlink()
+    if older:
+        path.write_bytes(before)
+    why = "older than what was last kept" if older else "No such file"
+    rig = Rig(tmp_path)
+    assert why in refused(rig, keys.MAP_PLACES, LIST)
+    assert not rig.mapper.health().ready
+    path.write_bytes(whole)
+    assert len(Rig(tmp_path).client.call(keys.MAP_PLACES, LIST).places) == 2
+    path.with_suffix(".version").write_bytes(b"torn")  # nothing rests on it where they are read
+    rig = Rig(tmp_path)
+    assert len(rig.client.call(keys.MAP_PLACES, LIST).places) == 2
+
+
 def test_a_loaded_map_brings_its_places_instead_of_unreadable_ones(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.feed(scenes.field(0, scenes.pose()))

@@ -35,6 +35,7 @@ FORM = Form(
     from_bytes,
     "no robot drives until it is known where it may not; put the file back and restart the mapper, "
     "load a saved map, or say with 'onemap places reset' that there are no places",
+    lambda memory: memory.version,
 )
 
 

@@ -31,7 +31,8 @@ class Form(Generic[M]):
 
     from_bytes: raises ValueError for damaged ones. file_name: without the suffix of a map, so that
     it is not listed as one. confirm: what a person does before a file that cannot be read counts as
-    nothing; empty: it does at once.
+    nothing; empty: it does at once. version: of a value, larger with each change, which is written
+    into a second file too: so a file that is gone, or older than what was last kept, is missed.
     """
 
     what: str
@@ -40,6 +41,7 @@ class Form(Generic[M]):
     to_bytes: Callable[[M], bytes]
     from_bytes: Callable[[bytes], M]
     confirm: str = ""
+    version: Callable[[M], int] | None = None
 
 
 class Kept(Generic[M]):
@@ -112,10 +114,14 @@ class Kept(Generic[M]):
                 self._announce()
 
     def _read(self) -> M | None:
+        last = self._last_version()
         try:
-            return self._form.from_bytes(unsealed(self._path.read_bytes()))
+            value = self._form.from_bytes(unsealed(self._path.read_bytes()))
+            if self._form.version is not None and self._form.version(value) < last:
+                raise ValueError("it is older than what was last kept")
+            return value
         except FileNotFoundError as problem:
-            if not self._expected:
+            if not (self._expected or last):
                 return self._form.nothing
             why = problem.strerror
         except (OSError, ValueError) as problem:
@@ -133,6 +139,16 @@ class Kept(Generic[M]):
         self._report(f"{self._form.what} are lost: {why}; {aside}")
         return self._form.nothing
 
+    def _last_version(self) -> int:
+        """As the second file says; 1, the first there is, if it is damaged; 0 without one."""
+        try:
+            return int(unsealed(witness(self._path).read_bytes()))
+        except FileNotFoundError:
+            return 0
+        except (OSError, ValueError) as problem:
+            LOG.error("%s cannot be read: %s", witness(self._path), problem)
+            return 1
+
     def _set_aside(self) -> Path:
         """Rename the file to a name that is free; raises OSError."""
         names = (f"{self._path.name}.unreadable{number or ''}" for number in count())
@@ -146,10 +162,14 @@ class Kept(Generic[M]):
         data = self._form.to_bytes(value)
         with ExitStack() as new:
             with self._storing():
-                if data:
-                    file = new.enter_context(replacing(self._path))
-                    file.write(sealed(data))
-                    sync(self._path, file)  # so that a full disk shows before anything is changed
+                files = {self._path: data} if data else {}
+                if self._form.version is not None:  # takes its place after the file of the value
+                    version = self._form.version(value)
+                    files = {witness(self._path): b"%d" % version} | files
+                for path, content in files.items():
+                    file = new.enter_context(replacing(path))
+                    file.write(sealed(content))
+                    sync(path, file)  # so that a full disk shows before anything is changed
             yield
             with self._storing():
                 if self.unreadable and self._path.exists():
@@ -173,6 +193,11 @@ class Kept(Generic[M]):
         if problem != self.problem:
             LOG.error("%s", problem)
         self.problem = problem
+
+
+def witness(path: Path) -> Path:
+    """The file that tells the version of what is in the file ``path``."""
+    return path.with_suffix(".version")
 
 
 def sealed(data: bytes) -> bytes:

@@ -20,6 +20,7 @@ from pathlib import Path
 from onemap_mapper.places import keeper
 from onemap_mapper.storage import objects
 from onemap_mapper.storage.checkpoints import all_of
+from onemap_mapper.storage.kept import witness
 from onemap_shared.atomic_file import make_folder, move, replacing
 
 LOG = logging.getLogger("onemap.mapper")
@@ -160,8 +161,9 @@ def set_aside(folder: Path) -> Path | None:
 
     None if there is nothing. Raises OSError; what was not moved then is in the next call.
     """
-    names = (objects.FORM.file_name, keeper.FORM.file_name)
-    kept = [*all_of(folder), *filter(Path.exists, (folder / name for name in names))]
+    places = folder / keeper.FORM.file_name
+    files = (folder / objects.FORM.file_name, witness(places), places)
+    kept = [*all_of(folder), *filter(Path.exists, files)]
     if not kept:
         return None
     aside = next(path for number in count(1) if not (path := folder / ASIDE / str(number)).exists())
