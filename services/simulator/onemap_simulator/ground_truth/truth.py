@@ -36,8 +36,12 @@ class SceneTruth:
     ) -> None:
         self.scene = scene
         self._radius_m, self._height_m, self._eye_height_m = radius_m, height_m, eye_height_m
-        self._tracer = RayTracer(scene)
         self._paths: dict[str, ShortestPaths] = {}
+
+    @cached_property
+    def _tracer(self) -> RayTracer:
+        """Made when a view is asked for first, since it takes a tenth of a second."""
+        return RayTracer(self.scene)
 
     @cached_property
     def _collision(self) -> CollisionMap:

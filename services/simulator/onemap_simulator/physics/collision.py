@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.cell_masks import clearance_m, connected_part, distance_m
-from onemap_simulator.scene.occupancy_raster import faces_between, occupied_cells, outline_segments
+from onemap_simulator.scene.occupancy_raster import (
+    SCENES,
+    faces_between,
+    occupied_cells,
+    outline_segments,
+)
 from onemap_simulator.scene.scene import Scene
 
 CELL_SIZE_M = 0.025  # an eighth of the robot's radius
@@ -64,6 +70,7 @@ class CollisionMap:
     outlines: Outlines
 
     @classmethod
+    @lru_cache(maxsize=SCENES)
     def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> CollisionMap:
         """From a scene; obstacles are all triangles between FLOOR_MARGIN_M and ``height_m``."""
         grid, occupied = occupied_cells(scene, cell_size_m, FLOOR_MARGIN_M, height_m)
@@ -120,6 +127,7 @@ class MissingFloor:
     distance: F32
 
     @classmethod
+    @lru_cache(maxsize=SCENES)
     def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> MissingFloor:
         """From a scene."""
         grid, solid = occupied_cells(scene, cell_size_m, -FLOOR_MARGIN_M, height_m)
