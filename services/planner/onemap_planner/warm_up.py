@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from onemap_planner.motion.collision_monitor import ControlTimes, monitored
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.policy.context import build_context
 from onemap_planner.policy.goals import frontier_goals
 from onemap_planner.world.costmap import BesideMap, CostmapParams
 from onemap_planner.world.frontiers import find_frontiers
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
 
@@ -32,6 +35,8 @@ def warm_up() -> None:
     context = build_context(pose, view, CostmapParams(), BesideMap(TRAIL_XY))
     for goal in frontier_goals(find_frontiers(context.map_view, context.costmap), context):
         context.drive_to(goal.viewpoint_xy, goal.look_xy)
+    turns = Velocity2d(0.3, 0.1)
+    monitored(turns, turns, pose, context.costmap, DriveParams(), times=ControlTimes(0.05))
 
 
 if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it

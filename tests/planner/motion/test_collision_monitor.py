@@ -11,6 +11,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from onemap_planner.motion.accelerations import nearest_edges
 from onemap_planner.motion.collision_monitor import (
     CORNER_M,
     SLACK_M,
@@ -18,7 +19,6 @@ from onemap_planner.motion.collision_monitor import (
     WALKER_MPS,
     CheckedCommand,
     ControlTimes,
-    edge_distance,
     monitored,
 )
 from onemap_planner.motion.motions import STOP, Pose2d, moved
@@ -331,14 +331,14 @@ def test_whoever_walks_up_to_it_does_not_meet_it_coming_nearer(
     costmap = hall_with_somebody(at_m)
     centres = costmap.grid.centres(np.argwhere(costmap.appeared))
     pose, velocity = Pose2d(2.5, 2.5, yaw_rad), STOP
-    away_m = float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
+    away_m = float(nearest_edges(np.array([pose.xy]), centres, CELL_M)[0])
     for step in range(40):
         seen_s = map_age_s + step * DT_S
         wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
         times = ControlTimes(DT_S, seen_s)
         velocity = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times).velocity
         pose = moved(pose, velocity, DT_S)
-        before_m, away_m = away_m, float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
+        before_m, away_m = away_m, float(nearest_edges(np.array([pose.xy]), centres, CELL_M)[0])
         come_m = WALKER_MPS * (seen_s + DT_S)
         assert away_m >= min(SIZE.radius_m + come_m, before_m) - 0.01
 

@@ -17,27 +17,12 @@ from enum import Enum
 
 import numpy as np
 
+from onemap_planner.motion.accelerations import Steps, nearest_edges, points_until_it_stands
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
+from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration, limits, speeds
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
 from onemap_shared.messages import COMMAND_VALIDITY_MS
-
-
-def edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
-    """Distance (N,) of each point to the nearest edge of square cells; infinity without cells."""
-    if len(centres) == 0:
-        return np.full(len(points), np.inf)
-    nearest: F64 = edge_distances(points, centres, cell_size_m).min(axis=1)
-    return nearest
-
-
-def edge_distances(points: F64, centres: F64, cell_size_m: float) -> F64:
-    """Distances (N, M) of N points to the edges of M square cells; 0 inside."""
-    x, y = np.maximum(np.abs(points.T[..., None] - centres.T[:, None]) - cell_size_m / 2, 0.0)
-    distances: F64 = np.sqrt(x * x + y * y)
-    return distances
-
 
 NOT_WORSE_M = 1e-6  # rounding of distances
 ROUNDING_MPS = 1e-9  # of a speed that was limited before
@@ -63,7 +48,7 @@ class Walkers:
         """Those of a costmap."""
         cells = costmap.grid.centres(np.argwhere(costmap.appeared))
         size_m = costmap.grid.cell_size_m
-        here_m = float(edge_distance(np.array([pose.xy]), cells, size_m)[0])
+        here_m = float(nearest_edges(np.array([pose.xy]), cells, size_m)[0])
         return cls(cells, size_m, costmap.params.radius_m, WALKER_MPS, seen_s, here_m)
 
     def allow(self, points: F64, step_s: float) -> bool:
@@ -74,7 +59,7 @@ class Walkers:
         if len(self.cells_xy) == 0:
             return True
         come_m = self.speed_mps * (self.seen_s + step_s * np.arange(1, len(points) + 1))
-        away_m = edge_distance(points, self.cells_xy, self.cell_size_m)
+        away_m = nearest_edges(points, self.cells_xy, self.cell_size_m)
         return bool((away_m >= np.minimum(self.radius_m + come_m, self.here_m - NOT_WORSE_M)).all())
 
 
@@ -218,20 +203,14 @@ def stopping_path(
     ends = arrives + _steps(command.validity_s)
     faster = max(previous, command.velocity, key=lambda each: each.speed_mps)
     steps = ends + _steps(faster.speed_mps / params.max_linear_mps2)
-    velocity, points = previous, np.empty((steps, 2))
-    x, y, yaw = pose.x_m, pose.y_m, pose.yaw_rad
-    for i in range(steps):
-        target = faster if i < arrives else command.velocity if i < ends else STOP
-        after = limit_acceleration(target, velocity, STEP_S, params)
-        # The mean of both velocities is exact in length and angle, the mean heading in direction.
-        turn = 0.5 * (velocity.angular_radps + after.angular_radps) * STEP_S
-        ahead = 0.5 * (velocity.linear_mps + after.linear_mps) * STEP_S
-        left = 0.5 * (velocity.lateral_mps + after.lateral_mps) * STEP_S
-        cos, sin = float(np.cos(yaw + 0.5 * turn)), float(np.sin(yaw + 0.5 * turn))
-        x, y = x + ahead * cos - left * sin, y + ahead * sin + left * cos
-        yaw, velocity = yaw + turn, after
-        points[i] = x, y
-    return points
+    x, y, yaw = float(pose.x_m), float(pose.y_m), float(pose.yaw_rad)
+    return points_until_it_stands(
+        (speeds(faster), speeds(command.velocity)),
+        speeds(previous),
+        (x, y, yaw),
+        Steps(arrives, ends, steps, STEP_S),
+        limits(params),
+    )
 
 
 def _steps(seconds: float) -> int:
@@ -287,7 +266,7 @@ class _Surroundings:
         known = inside & (costmap.free | costmap.occupied | costmap.passable)[at]
         unknown = centres[~known]
         keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
-        here_m = float(edge_distance(here, occupied, size)[0])
+        here_m = float(nearest_edges(here, occupied, size)[0])
         return cls(
             costmap,
             here,
@@ -300,8 +279,8 @@ class _Surroundings:
             here_m,
             min(radius_m - SLACK_M, here_m) - NOT_WORSE_M,
             min(radius_m - SLACK_M - CORNER_M, here_m) - NOT_WORSE_M,
-            min(keep_m, float(edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
-            max(CORNER_M, float(edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
+            min(keep_m, float(nearest_edges(here, unknown, size)[0])) - NOT_WORSE_M,
+            max(CORNER_M, float(nearest_edges(here, centres[known], size)[0])) + NOT_WORSE_M,
         )
 
     def allow(self, points: F64, *, creeps: bool) -> bool:
@@ -314,11 +293,11 @@ class _Surroundings:
         size, beside_m = self.costmap.grid.cell_size_m, self.costmap.params.radius_m + SLACK_M
         if self._covers(points, self.drops, beside_m):  # between two points too
             return False
-        if (edge_distance(points, self.unknown, size) < self.unknown_m).any():
+        if (nearest_edges(points, self.unknown, size) < self.unknown_m).any():
             return False
-        if (edge_distance(points, self.known, size) > self.leave_m).any():
+        if (nearest_edges(points, self.known, size) > self.leave_m).any():
             return False
-        near = edge_distance(points, self.occupied, size)
+        near = nearest_edges(points, self.occupied, size)
         if creeps:
             back = self._returning(points) & (near >= self.costmap.params.radius_m / 2)
             near = np.where(back, np.inf, near)
@@ -338,8 +317,8 @@ class _Surroundings:
         if len(cells) == 0:
             return False
         size = self.costmap.grid.cell_size_m
-        now = np.minimum(edge_distances(self.here, cells, size)[0], radius_m)
-        closest = edge_distances(points, cells, size).min(axis=0)
+        now = np.minimum(nearest_edges(cells, self.here, size), radius_m)
+        closest = nearest_edges(cells, points, size)
         return bool((closest < now - NOT_WORSE_M).any())
 
     def _passes(self, points: F64, near: F64) -> bool:
@@ -364,7 +343,7 @@ def _without_own(occupied: F64, here: F64, cell_size_m: float, radius_m: float) 
     """
     if len(occupied) == 0:
         return occupied
-    away = edge_distances(here, occupied, cell_size_m)[0]
+    away = nearest_edges(occupied, here, cell_size_m)
     if away.min() >= radius_m / 2:
         return occupied
     others: F64 = occupied[away >= radius_m - SLACK_M]

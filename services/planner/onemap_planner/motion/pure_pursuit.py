@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field, PositiveFloat
 
+from onemap_planner.motion.accelerations import Limits, Speeds, limited
 from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.world.costmap import CLEAR_M, Costmap
 from onemap_shared.geometry import F64, Velocity2d, wrap_angle
@@ -128,13 +129,20 @@ def limit_acceleration(
     wanted: Velocity2d, previous: Velocity2d, dt_s: float, params: DriveParams
 ) -> Velocity2d:
     """The velocity nearest to ``wanted`` that the limits allow ``dt_s`` after ``previous``."""
-    linear, lateral = _ramp_direction(wanted, previous, params.max_linear_mps2 * dt_s)
-    angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
-    return Velocity2d(
-        min(max(linear, -params.max_linear_mps), params.max_linear_mps),
-        min(max(angular, -params.max_angular_radps), params.max_angular_radps),
-        min(max(lateral, -params.max_lateral_mps), params.max_lateral_mps),
+    return Velocity2d(*limited(speeds(wanted), speeds(previous), dt_s, limits(params)))
+
+
+def speeds(velocity: Velocity2d) -> Speeds:
+    """As compiled functions take them."""
+    return Speeds(
+        float(velocity.linear_mps), float(velocity.angular_radps), float(velocity.lateral_mps)
     )
+
+
+def limits(params: DriveParams) -> Limits:
+    """As compiled functions take them."""
+    top = Speeds(params.max_linear_mps, params.max_angular_radps, params.max_lateral_mps)
+    return Limits(top, params.max_linear_mps2, params.max_angular_radps2)
 
 
 def _heading_error(pose: Pose2d, look_xy: tuple[float, float]) -> float:
@@ -239,23 +247,3 @@ def _rotate_by(error_rad: float, params: DriveParams) -> Velocity2d:
     """Rotate in place, braking in time to stop at the right heading."""
     rate = min(params.max_angular_radps, float(np.sqrt(params.max_angular_radps2 * abs(error_rad))))
     return Velocity2d(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
-
-
-def _ramp_direction(
-    wanted: Velocity2d, previous: Velocity2d, step_mps: float
-) -> tuple[float, float]:
-    """Speeds forwards and to the left, changed by at most ``step_mps`` in all."""
-    if wanted.lateral_mps == previous.lateral_mps:
-        linear_mps = _ramp(previous.linear_mps, wanted.linear_mps, step_mps)
-        return linear_mps, previous.lateral_mps
-    ahead = wanted.linear_mps - previous.linear_mps
-    left = wanted.lateral_mps - previous.lateral_mps
-    change = float(np.hypot(ahead, left))
-    if change <= step_mps * (1 + 1e-9):  # what was limited before stays as it is
-        return wanted.linear_mps, wanted.lateral_mps
-    part = step_mps / change
-    return previous.linear_mps + part * ahead, previous.lateral_mps + part * left
-
-
-def _ramp(value: float, target: float, step: float) -> float:
-    return value + min(max(target - value, -step), step)
