@@ -157,7 +157,7 @@ def test_what_unseen_floor_parts_from_a_room_may_be_in_it() -> None:
     free, walls = plan()
     seen, beyond = np.ones(SHAPE, bool), np.ones(SHAPE, bool)
     seen[35:45, 5:25] = False  # the door, and what is beside it
-    beyond[:10] = False  # the other end of the chair's room
+    beyond[:10] = beyond[-10:] = False  # the other ends of both rooms
     outside = Detail(outside=("study",))
     assert holds_of_chair_in_the_first_room(free & seen, walls & seen, outside) == (
         Holds.NOT_CHECKED,
