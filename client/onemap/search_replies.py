@@ -47,7 +47,7 @@ ReasonCode = Annotated[
 class ChoiceOption(Reply):
     """A goal that the planner weighed."""
 
-    kind: str = Field(description="frontier, region, detection, go_to or look_at.")
+    kind: str = Field(description="frontier, region, detection, outline, go_to or look_at.")
     xy_m: Point = Field(description="x, y of where the robot would stand.")
     score: Rounded = Field(description="Similarity expected there, 0 to 1; 0 for a place.")
     travel_m: Rounded = Field(description="Metres of way to there.")

@@ -125,6 +125,12 @@ def is_excluded(conditions: Sequence[CheckedCondition], detail: Detail) -> bool:
     return any(each.what == none and each.holds is Holds.NO for each in conditions)
 
 
+def is_outline_open(conditions: Sequence[CheckedCondition]) -> bool:
+    """Whether nothing is left to check but the walls of a room, and all else holds."""
+    left = [each for each in conditions if each.holds is not Holds.YES]
+    return bool(left) and all(each.evidence.endswith(NOT_SETTLED) for each in left)
+
+
 def _none_of(negatives: Sequence[str]) -> str:
     return f"not {' or '.join(map(a, negatives))}"
 

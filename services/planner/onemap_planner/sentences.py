@@ -70,6 +70,7 @@ ALIKE = "going to the place {where}"
 SEEN = "going for a closer look at what may be {a} {where}"
 DOUBTED = "going for a closer look at what the camera took for {a} {where}"
 OBSTACLE = "going to look at what blocks the only way to the floor behind it, {where}"
+WALLS = "going to see the walls {where}, which tell what room {a} is in"
 ONWARD = "going to the unexplored space {where}, on the way to what looks like {a}"
 
 

@@ -30,7 +30,7 @@ class GoalOption(Message):
     """A goal that was weighed.
 
     Attributes:
-        kind: frontier, region, detection, go_to or look_at.
+        kind: frontier, region, detection, outline, go_to or look_at.
         xy_m: x, y in the map frame of where the robot would stand, the end of its way.
         score: similarity expected there, in [0, 1]; 0 for a place.
         travel_m: metres of way to there.
@@ -474,7 +474,7 @@ class PlannedPath(Message):
 
     Attributes:
         stamp_ns: when the plan was made, on the planner's wall clock.
-        goal_kind: frontier, region, detection, go_to, look_at or none.
+        goal_kind: frontier, region, detection, outline, go_to, look_at or none.
         goal_reason: why this goal, in one sentence.
         points_m: (N, 2) the path, from the robot to the goal.
         goal_m: (G, 2) the goal: one row, none without a goal.

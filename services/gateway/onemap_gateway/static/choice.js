@@ -3,7 +3,7 @@
 import { place } from "./format.js";
 import { by, element, refill } from "./panels.js";
 
-const KINDS = { detection: "detection", frontier: "frontier", go_to: "place", look_at: "view", region: "region" };
+const KINDS = { detection: "detection", frontier: "frontier", go_to: "place", look_at: "view", outline: "walls", region: "region" };
 
 // The name of an option, on the map and in the table.
 export const letter = (index) => String.fromCharCode(65 + index);

@@ -32,6 +32,7 @@ class GoalKind(str, Enum):
     FRONTIER = "frontier"
     REGION = "region"
     DETECTION = "detection"
+    OUTLINE = "outline"
     GO_TO = "go_to"
     LOOK_AT = "look_at"
 

@@ -85,11 +85,14 @@ class Ledger:
         """Viewpoints (T, 2), metres, of the goals of this kind that were given up."""
         return np.array([e.from_xy for e in self._tried(kind)], np.float64).reshape(-1, 2)
 
+    def given_up_xy(self, kind: GoalKind) -> F64:
+        """Places (L, 2), metres, of the goals of this kind that were given up, once each time."""
+        return np.array([e.xy for e in self._tried(kind)], np.float64).reshape(-1, 2)
+
     @property
     def looked_xy(self) -> F64:
-        """Places (L, 2), metres, of the frontiers that were given up, once for each time."""
-        places = [each.xy for each in self._tried(GoalKind.FRONTIER)]
-        return np.array(places, np.float64).reshape(-1, 2)
+        """Those of the frontiers, metres."""
+        return self.given_up_xy(GoalKind.FRONTIER)
 
     @property
     def closed_xy(self) -> F64:

@@ -21,6 +21,7 @@ from onemap_planner.policy.goals import (
     most_worth,
     region_goal,
 )
+from onemap_planner.policy.outline import outline_goals
 from onemap_planner.policy.state import Evidence, PlannerState
 from onemap_planner.policy.ways import option_on_way
 from onemap_planner.sentences import ONWARD, onward
@@ -28,6 +29,7 @@ from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import MIN_LENGTH_M, find_frontiers
 from onemap_planner.world.map_view import components
 from onemap_planner.world.regions import SimilarRegion, discounted, find_regions
+from onemap_shared.conditions import is_outline_open
 from onemap_shared.messages import Holds, all_hold
 
 CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the way: a doorway
@@ -71,7 +73,13 @@ def _candidate_goals(
         ]
         for scored in ([(c, c.similarity) for c in agreed(state)], _unconfirmed(state, context))
     )
-    looks = [detection_goal(c, score, xy, context) for c, score, xy in unsure if xy is not None]
+    looks: list[Goal] = []
+    for candidate, score, xy in unsure:
+        outline = _outline_goals(candidate, score, state, context)
+        if outline:
+            looks += outline
+        elif xy is not None:
+            looks.append(detection_goal(candidate, score, xy, context))
     unreached = [(c, score) for c, score, xy in sure + unsure if xy is None]
     ways = []
     for candidate, score in sorted(unreached, key=lambda pair: -pair[1])[:MAX_UNREACHED]:
@@ -79,6 +87,16 @@ def _candidate_goals(
         if end_xy is not None:
             ways.append(option_on_way(end_xy, context, ledger.looked_xy, doing=ONWARD, score=score))
     return looks, [way for way in ways if way is not None]
+
+
+def _outline_goals(
+    candidate: ObjectCandidate, score: float, state: PlannerState, context: PlanningContext
+) -> list[Goal]:
+    """The looks at the outline of a room, of a candidate of which nothing else is to be checked."""
+    conditions = check_find(candidate, context, state.evidence, state.found_objects)
+    if not is_outline_open(conditions):
+        return []
+    return _not_given_up(state, [*outline_goals(candidate, score, context, state.ledger)])
 
 
 def _in_place(borders: list[Goal], context: PlanningContext) -> list[Goal]:
