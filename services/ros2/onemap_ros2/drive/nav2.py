@@ -35,8 +35,8 @@ MARK_BYTES = 6  # of a goal's id that say whose it is
 RANDOM_BYTES = 10
 RESULT_S = 86_400.0  # a goal takes as long as it takes; a lost link ends the question earlier
 CLOSE_S = 2.0
-ANSWER_S = 2.0  # for nav2 to answer a goal, which is cancelled then
-NAMED_S = 1.0  # after so long without an answer to a goal nav2 is named
+ANSWER_S = 2.0  # an answer of nav2 that comes later is not heard
+NAMED_S = 1.0  # after so long without an answer to a goal nav2 is named, and the goal cancelled
 CANCEL_S = 1.0  # the same for a cancellation, which is asked again: the robot may still drive
 # After the second goal in a row without an answer: longer than a search waits, which ends with the
 # reason. A later answer, or a server that is started anew, ends it before.
@@ -191,18 +191,18 @@ class NavGoal:
         """The goal after this moment, and what to ask of nav2. ``wanted`` None: it must end."""
         if self.stood and here and here.away_m(self.stood) > GOAL_CHANGE_M:
             return replace(self, reached=None, stood=None).step(now_s, wanted, replies, here)
-        late = now_s - self.since_s > ANSWER_S
+        late = now_s - self.since_s > NAMED_S
         outcome: tuple[NavGoal, Order] = self, Order.NOTHING
         if self.phase is GoalPhase.NONE:
             if wanted is not None and replies.served and self._due(now_s, wanted):
                 outcome = self._sent(now_s, wanted)
         elif self.phase is GoalPhase.ASKING:
-            if replies.accepted:
-                outcome = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
-            elif replies.accepted is False and not self.replaces:
+            if replies.accepted is False and not self.replaces:
                 outcome = self._failed(now_s), Order.NOTHING
-            elif replies.accepted is False or late:
-                outcome = self._cancel(now_s)  # the goal before, or this one: an answer may be lost
+            elif wanted is None or replies.accepted is False or (late and not replies.accepted):
+                outcome = self._cancel(now_s)  # nav2 may drive to the one before, or to this one
+            elif replies.accepted:
+                outcome = replace(self, phase=GoalPhase.DRIVING, since_s=now_s), Order.NOTHING
         elif self.phase is GoalPhase.DRIVING:
             if replies.result is not None:
                 there = replies.result.status == SUCCEEDED
@@ -280,8 +280,11 @@ class Nav2Driver:
         self._action, self._base = config.names.navigate, Base(network, config)
         self._mark = hashlib.sha256(f"{config.namespace}/{NODE}".encode()).digest()[:MARK_BYTES]
         self._goal = NavGoal()
-        self._goal_id = self._ended_id = b""  # the newest, and the last that has a result
-        self._replaced: tuple[bytes, PendingCall | None] = b"", None  # by one not yet accepted
+        self._goal_id = self._ended_id = b""  # that is driven to or ends; the last with a result
+        # Others that nav2 may drive to, with the questions for their results: by its one goal at a
+        # time they end when it accepts the newest.
+        self._others: list[tuple[bytes, PendingCall | None]] = []
+        self._asked_id = b""  # the newest, whose answer this is
         self._answer: PendingCall | None = None
         self._result: PendingCall | None = None
         self._cancel: PendingCall | None = None
@@ -300,7 +303,7 @@ class Nav2Driver:
     def step(self, robot: RobotNow, command: VelocityCommand | None, inputs: PlannerInputs) -> None:
         """See ``Driver``; a velocity counts as the planner's sign of life only."""
         del command
-        self._robot = robot
+        self._robot, phase = robot, self._goal.phase
         self._base.find()
         self._take_topics(robot.now_s)
         served, replies = self._was_served, self._take_replies()
@@ -311,18 +314,18 @@ class Nav2Driver:
             self._send(self._goal.target, robot.stamp_ns)
         elif order is Order.CANCEL:
             if before.phase is GoalPhase.ASKING and replies.accepted is False:
-                self._return_to_replaced()
+                self._turn_to_another()
             self._ask_to_cancel()
         if replies.accepted:
             self._counts["replaced"] += before.replaces
-            self._replaced = b"", None
-            self._ask_result()
+            self._others = []
+            self._result = self._ask_result(self._goal_id)
             if not self._is_retry():
                 self._problem = ""
         self._count_silence(before, replies, robot.now_s, back=replies.served and not served)
         if inputs.goal(robot) is None and self._failed is not None and self.idle:
             self._problem = ""  # of a goal that nobody wants any more
-        self._brake(robot, before)
+        self._brake(robot, phase)
 
     def problem(self) -> str:
         """See ``Driver``."""
@@ -384,13 +387,13 @@ class Nav2Driver:
     def _served(self) -> bool:
         return serves_action(self._network.endpoints(), self._action)
 
-    def _brake(self, robot: RobotNow, before: NavGoal) -> None:
+    def _brake(self, robot: RobotNow, before: GoalPhase) -> None:
         """Zero velocity while the robot moves and no goal of ours is driven to."""
         phase = self._goal.phase
         if phase in (GoalPhase.ASKING, GoalPhase.DRIVING):
             self._watch = self._watch.armed(robot.now_s)
             return
-        if phase is GoalPhase.CANCELLING and before.phase is not phase:
+        if phase is GoalPhase.CANCELLING and before is not phase:
             self._watch = self._watch.begun(robot.now_s)
         ended = phase is GoalPhase.NONE
         self._watch, zero = self._watch.step(robot.now_s, moving=robot.moving, ended=ended)
@@ -404,13 +407,12 @@ class Nav2Driver:
         if replies.accepted is not None or back:
             self._unanswered = 0
         elif before.phase is GoalPhase.ASKING and self._goal.phase is GoalPhase.CANCELLING:
-            self._unanswered += now_s - before.since_s > ANSWER_S
+            self._unanswered += now_s - before.since_s > NAMED_S
             self._silent_s = now_s
 
     def _silence(self, now_s: float) -> str:
         """That nav2 takes goals and does not answer; empty if it does."""
-        goal = self._goal
-        asked_s = now_s - goal.since_s if goal.phase is GoalPhase.ASKING else 0.0
+        asked_s = 0.0 if self.idle or self._answer is None else now_s - self._goal.sent_s
         again = self._unanswered > 1 and now_s - self._silent_s <= SILENT_S
         if asked_s <= NAMED_S and not again:
             return ""
@@ -418,25 +420,31 @@ class Nav2Driver:
         return f"{self._action} takes goals and has not answered {since}: is nav2 active?"
 
     def _send(self, goal: GoalPose, stamp_ns: int) -> None:
-        self._replaced, self._result = (self._goal_id, self._result), None
-        self._goal_id = self._mark + secrets.token_bytes(RANDOM_BYTES)
+        before = self._goal_id, self._result  # which nav2 may yet accept, if it did not end it
+        self._others = [] if before[0] in (b"", self._ended_id) else [before]
+        self._goal_id = self._asked_id = self._mark + secrets.token_bytes(RANDOM_BYTES)
+        self._result = None
         request = goal_request(self._goal_id, goal, stamp_ns, self._config.map_frame)
         self._answer = self._call("send_goal", cdr.SEND_GOAL, request)
         self._counts["sent"] += 1
         self._remaining_m = 0.0
         self._log(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) was sent to {self._action}")
 
-    def _ask_result(self) -> None:
-        request = result_request(self._goal_id)
+    def _ask_result(self, goal_id: bytes) -> PendingCall:
         service = f"{self._action}/_action/get_result"
-        self._result = self._network.call(service, cdr.GET_RESULT, request, RESULT_S)
+        return self._network.call(service, cdr.GET_RESULT, result_request(goal_id), RESULT_S)
 
-    def _return_to_replaced(self) -> None:
-        """The goal before the newest one is the one to cancel: nav2 does not have the newest."""
-        (self._goal_id, self._result), self._replaced = self._replaced, (b"", None)
+    def _turn_to_another(self) -> bool:
+        """The goal ended, or nav2 does not have it: on to another one; False without any."""
+        if not self._others:
+            return False
+        self._goal_id, self._result = self._others.pop()
+        return True
 
     def _ask_to_cancel(self) -> None:
-        self._cancel = self._call("cancel_goal", cdr.CANCEL_GOAL, cancel_request(self._goal_id))
+        """Cancel all that nav2 may drive to; the others are asked again when this one has ended."""
+        for goal_id in (*(each for each, _ in self._others), self._goal_id):
+            self._cancel = self._call("cancel_goal", cdr.CANCEL_GOAL, cancel_request(goal_id))
         self._log(f"{self._action} was asked to cancel its goal")
 
     def _call(self, service: str, ros_type: str, request: bytes) -> PendingCall:
@@ -468,19 +476,32 @@ class Nav2Driver:
             self._problem = f"{self._action} says what cannot be read: {problem}"
 
     def _end_orphan(self, goal_id: bytes, now_s: float) -> None:
-        """Take over a goal with our mark that is under way while we have none, to end it.
+        """End a goal with our mark that is under way and that nobody wants.
 
         An adapter of our name that was killed left it; or nav2 accepted it after it had answered
-        that it does not know it. One of our own ends it by itself: nav2 has one goal at a time.
-        What says that it has ended may come before what said that it drives.
+        that it does not know it. One that is accepted ends it by itself: nav2 has one goal at a
+        time. What says that it has ended may come before what said that it drives.
         """
         ours = goal_id.startswith(self._mark) and goal_id != self._ended_id
-        if ours and self._goal.phase is GoalPhase.NONE:
-            self._log("a goal that nobody wants any more is cancelled")
-            cancelling = GoalPhase.CANCELLING
-            self._goal, self._goal_id = NavGoal(cancelling, since_s=now_s, ending_s=now_s), goal_id
-            self._ask_to_cancel()
-            self._ask_result()
+        phase = self._goal.phase
+        known = goal_id in (each for each, _ in self._others)
+        known |= goal_id == self._goal_id and (phase is GoalPhase.ASKING or self._answer is None)
+        if not ours or phase is GoalPhase.DRIVING or (known and phase is not GoalPhase.NONE):
+            return
+        if phase is GoalPhase.ASKING:
+            self._others.insert(0, (goal_id, self._ask_result(goal_id)))
+        else:
+            self._take_over(goal_id, now_s)
+
+    def _take_over(self, goal_id: bytes, now_s: float) -> None:
+        """Cancel a goal that is under way, and then those that were to be cancelled before."""
+        self._log("a goal that nobody wants any more is cancelled")
+        if self.idle:
+            self._goal = NavGoal(GoalPhase.CANCELLING, since_s=now_s, ending_s=now_s)
+        elif goal_id != self._goal_id:
+            self._others.append((self._goal_id, self._result))
+        self._goal_id, self._result = goal_id, self._ask_result(goal_id)
+        self._ask_to_cancel()
 
     def _accepted(self) -> bool | None:
         reply, self._answer = _taken(self._answer)
@@ -491,6 +512,10 @@ class Nav2Driver:
             self._counts["refused"] += 1
             self._fail(f"{self._action} refused the goal")
             self._log(self._problem)
+        elif self._goal.phase is not GoalPhase.ASKING and self._robot is not None:
+            self._others = []
+            self._take_over(self._asked_id, self._robot.now_s)
+            return None
         return accepted
 
     def _ended(self) -> GoalResult | None:
@@ -505,6 +530,9 @@ class Nav2Driver:
         else:
             self._problem, self._failed, self._failures = "", None, 0
         self._log(f"goal of {self._action} was {result.sentence}")
+        if self._turn_to_another():
+            self._ask_to_cancel()
+            return None
         return result
 
     def _fail(self, problem: str) -> None:
@@ -513,13 +541,12 @@ class Nav2Driver:
         self._problem, self._failed = problem, self._goal.target
 
     def _cancelled(self) -> int | None:
-        """nav2's answer to a cancellation; without the newest goal it may have the one before."""
+        """nav2's answer to a cancellation; without this goal it may have another one of ours."""
         reply, self._cancel = _taken(self._cancel)
         if reply is None:
             return None
         code = int(cdr.decode(reply, f"{cdr.CANCEL_GOAL}_Response").return_code)
-        if code in (GOAL_UNKNOWN, GOAL_ENDED) and self._replaced[0]:
-            self._return_to_replaced()
+        if code in (GOAL_UNKNOWN, GOAL_ENDED) and self._turn_to_another():
             self._ask_to_cancel()
             return None
         return code
