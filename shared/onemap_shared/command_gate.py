@@ -29,7 +29,8 @@ class CommandGate:
     driver: the instance of the driver's own process, as its odometry names it: a command for
     another one was made before its start. planner: its instance; empty before the first command, or
     if it does not say. sequence: of its newest command, at least 0. heard_s: when that arrived.
-    ends_s: when it runs out, and the robot brakes by itself; minus infinity after a stop.
+    ends_s: when it runs out, and the robot brakes by itself; minus infinity after a stop. fresh:
+    whether it was made on what the robot sent just now.
     late, foreign and disordered: counts of commands that were made on old odometry, came from
     another planner or for another driver, or were not newer than the newest.
     """
@@ -40,6 +41,7 @@ class CommandGate:
     sequence: int = 0
     heard_s: float = float("-inf")
     ends_s: float = float("-inf")
+    fresh: bool = False
     late: int = 0
     foreign: int = 0
     disordered: int = 0
@@ -61,14 +63,18 @@ class CommandGate:
                 return replace(self, foreign=self.foreign + 1), None
             if command.planner and command.sequence <= self.sequence:
                 return replace(self, disordered=self.disordered + 1), None
-        gate = replace(
-            self, planner=command.planner, sequence=max(command.sequence, 0), heard_s=now_s
-        )
         age_s = (stamp_ns - command.odometry_stamp_ns) * 1e-9
         fresh = 0.0 <= age_s <= self.max_age_s and not now_s - age_s < self.ends_s < now_s
+        gate = replace(
+            self,
+            planner=command.planner,
+            sequence=max(command.sequence, 0),
+            heard_s=now_s,
+            fresh=fresh or command.odometry_stamp_ns == 0,
+        )
         if not command.moves:
             return replace(gate, ends_s=float("-inf")), command
-        if fresh or command.odometry_stamp_ns == 0:
+        if gate.fresh:
             return replace(gate, ends_s=now_s + command.validity_ms * 1e-3), command
         stop = replace(command, linear_mps=0.0, angular_radps=0.0, lateral_mps=0.0)
         return replace(gate, late=self.late + 1), stop

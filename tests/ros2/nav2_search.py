@@ -18,6 +18,8 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.drive.driver import GOAL_CHANGE_M, GoalPose, PlannerInputs, RobotNow
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.network.interface import Endpoint
+from onemap_shared.command_gate import CommandGate
+from onemap_shared.messages import VelocityCommand
 from tests.planner.grid_world import CELL_M, STEP_S, SimulatedSearch
 from tests.ros2.fake_network import FakeCall, FakeNetwork
 from tests.ros2.stock_nav2 import EXECUTING, TOLERANCE_M, StockNav2
@@ -29,8 +31,12 @@ SERVER = Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", KIND, ty
 
 @dataclass
 class Nav2Search(SimulatedSearch):
-    """Steps the driver and nav2 between two plans. said: what the adapter logs."""
+    """Steps the driver and nav2 between two plans.
 
+    late: why the planner calls its inputs stale. said: what the adapter logs.
+    """
+
+    late: str = ""
     off_m: float = GOAL_CHANGE_M + TOLERANCE_M
     said: list[tuple[float, str]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
@@ -45,7 +51,7 @@ class Nav2Search(SimulatedSearch):
         self.driver = Nav2Driver(
             self.network, config, lambda text: self.said.append((self.now_s, text))
         )
-        self.inputs = PlannerInputs()
+        self.inputs, self.gate = PlannerInputs(), CommandGate()
         self._spoken: Decision | None = None
 
     def _control(self) -> None:
@@ -54,7 +60,7 @@ class Nav2Search(SimulatedSearch):
         self.world.wanted = STOP
         search = self.state.search
         message = status(search, EventStamp(now_s, 0.0, None, 0.0), now_ns=0)
-        self.inputs = self.inputs.with_status(message).with_command(now_s)
+        self.inputs = self.inputs.with_status(message)
         if self.decision is not None and self.decision is not self._spoken:
             self._spoken = self.decision
             path = planned_path(search, self.decision, 1)
@@ -63,6 +69,7 @@ class Nav2Search(SimulatedSearch):
             plan = Plan("", self.decision.motion, self.decision.costmap, now_s)
             tracker = PathTracker(params, STEP_S)
             self.world.wanted, _ = tracker.velocity(plan, self.world.pose, self.world.velocity)
+        self._command()
         pose = self.world.pose
         here = GoalPose(pose.x_m, pose.y_m, pose.yaw_rad)
         self.driver.step(RobotNow(now_s, 7, True, here), None, self.inputs)
@@ -74,10 +81,27 @@ class Nav2Search(SimulatedSearch):
         self.reached = None
         if report.reached is not None:
             self.reached = Pose2d(report.reached.x_m, report.reached.y_m, report.reached.yaw_rad)
-        self.stale_reason = report.hold
+        self.stale_reason = report.hold or self.late
         self.world.drive(self.nav2.step(pose), STEP_S)
         self.trace.append(self.world.pose.xy)
         self.now_s += STEP_S
+
+    def _command(self) -> None:
+        """The planner's velocity, through the gate, as in ``Ros2Worker``."""
+        number, wanted = self.gate.sequence + 1, self.world.wanted
+        stamp_ns = int((1 + self.now_s) * 1e9)
+        command = VelocityCommand(
+            number,
+            stamp_ns,
+            wanted.linear_mps,
+            wanted.angular_radps,
+            planner="p1",
+            odometry_stamp_ns=stamp_ns,
+            frame_ns=0 if self.decision is None or self.stale_reason else stamp_ns,
+        )
+        self.gate, obeyed = self.gate.receive(command, self.now_s, stamp_ns)
+        assert obeyed is not None
+        self.inputs = self.inputs.with_command(obeyed, self.now_s, fresh=self.gate.fresh)
 
     def _answer(self, call: FakeCall) -> None:
         goal_id = call.request[4:20]

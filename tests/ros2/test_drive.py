@@ -68,9 +68,9 @@ def test_the_goal_is_the_end_of_the_path_and_faces_what_is_looked_at() -> None:
 
 
 NOW = RobotNow(10.1, 7, True, ORIGIN)
-INPUTS = (
-    PlannerInputs().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).with_command(10.0)
-)
+COMMAND = replace(DRIVE, frame_ns=1)
+PLANNED = PlannerInputs().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0)
+INPUTS = PLANNED.with_command(COMMAND, 10.0, fresh=True)
 
 
 def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry() -> None:
@@ -84,13 +84,15 @@ def test_a_goal_needs_a_search_a_recent_plan_a_recent_command_and_fresh_odometry
         *ended,
         replace(INPUTS, search="").goal(NOW),
         replace(INPUTS, path=None).goal(NOW),
-        PlannerInputs().with_status(status("s1")).with_path(path_to(2.0, 0.0), 10.0).goal(NOW),
+        PLANNED.goal(NOW),
+        PLANNED.with_command(COMMAND, 10.0, fresh=False).goal(NOW),
+        INPUTS.with_command(DRIVE, 10.1, fresh=True).goal(NOW),
         INPUTS.with_places(INPUTS.places_version + 1).goal(NOW),
         INPUTS.goal(replace(NOW, now_s=10.0 + MAX_COMMAND_AGE_S + 0.01)),
-        INPUTS.with_command(late.now_s).goal(late),
+        INPUTS.with_command(COMMAND, late.now_s, fresh=True).goal(late),
         INPUTS.goal(replace(NOW, fresh=False)),
         INPUTS.goal(replace(NOW, pose=None)),
-    ] == [None] * 11
+    ] == [None] * 13
 
 
 def test_one_step_of_rest_ends_no_goal() -> None:

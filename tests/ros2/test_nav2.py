@@ -24,12 +24,12 @@ from onemap_ros2.drive.standstill import HELD_S, RELEASE_S
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import STANDS_MPS
 from onemap_shared.geometry import wrap_angle
-from onemap_shared.messages import SearchState
-from tests.planner.grid_world import in_four_rooms, start
+from onemap_shared.messages import SearchState, VelocityCommand
+from tests.planner.grid_world import in_four_rooms, in_two_rooms, start
 from tests.ros2.fake_network import FakeCall, FakeNetwork
 from tests.ros2.nav2_search import Nav2Search
 from tests.ros2.planner_messages import path_to, status
-from tests.ros2.stock_nav2 import SUCCEEDED
+from tests.ros2.stock_nav2 import ABORTED, CANCELED, EXECUTING, SUCCEEDED
 
 HEAD = bytes((0, 1, 0, 0))
 GOAL_ID = bytes(range(16))
@@ -148,6 +148,7 @@ KIND = "nav2_msgs/action/NavigateToPose_SendGoal"
 SERVER = Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", KIND, type_hash(KIND))
 ACCEPTED, REFUSED = (HEAD + struct.pack("<?3xiI", yes, 0, 0) for yes in (True, False))
 CANCELLING, UNKNOWN = (HEAD + struct.pack("<b3xI", code, 0) for code in (0, 2))
+COMMAND = VelocityCommand(1, 1, 0.3, 0.0, frame_ns=1)
 BASE = Endpoint("MS", "/base", "/cmd_vel", TWIST, type_hash(TWIST))
 STATUS, FEEDBACK = "/navigate_to_pose/_action/status", "/navigate_to_pose/_action/feedback"
 
@@ -172,7 +173,7 @@ class Ride:
         self.now_s += self.period_s
         if x_m is not None:
             self.inputs = self.inputs.with_path(path_to(x_m, 0.0), self.now_s)
-            self.inputs = self.inputs.with_command(self.now_s)
+            self.inputs = self.inputs.with_command(COMMAND, self.now_s, fresh=True)
         here = GoalPose(0.0, 0.0, 0.0)
         now = RobotNow(self.now_s, 7, fresh, here, moving=self.moving)
         self.driver.step(now, None, self.inputs)
@@ -541,6 +542,21 @@ def test_what_keeps_the_goal_from_being_driven_to_is_named(ride: Ride) -> None:
     ride.network.say(FEEDBACK, b"\x00")
     ride.step()
     assert "cannot be read" in ride.driver.problem()
+
+
+def test_nav2_stops_when_the_planner_calls_its_inputs_stale_and_then_drives_on() -> None:
+    """The plan is kept for longer than that takes."""
+    ride = Nav2Search(in_two_rooms(), start(in_two_rooms(), "vase").search)
+    while not ride.world.wanted.linear_mps or EXECUTING not in ride.nav2.states.values():
+        ride.step()
+    ride.late = "the map is 0.6 s late"
+    for _ in range(4):
+        ride._control()
+    assert set(ride.nav2.states.values()) <= {SUCCEEDED, ABORTED, CANCELED}
+    ride.late = ""
+    ride.step()
+    ride.step()
+    assert EXECUTING in ride.nav2.states.values()
 
 
 @pytest.mark.slow

@@ -292,7 +292,7 @@ class Ride:
             number = next(self.numbers)
             self.states.put(status("s1"))
             self.paths.put(path_to(4.0, 1.0))
-            self.commands.put(VelocityCommand(number, 1, 0.25, 0.0, 300, "p1"))
+            self.commands.put(VelocityCommand(number, 1, 0.25, 0.0, planner="p1", frame_ns=1))
             return attempt()
 
         return eventually(speak)

@@ -12,6 +12,7 @@ from onemap_ros2 import service
 from onemap_ros2.cdr import DIAGNOSTICS, TWIST, TWIST_STAMPED, decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display import Display
+from onemap_ros2.drive.driver import MAX_COMMAND_AGE_S
 from onemap_ros2.frame_images import FrameImages
 from onemap_ros2.frame_thread import FrameThread
 from onemap_ros2.network.interface import Endpoint, NetworkError, RosNetwork
@@ -99,13 +100,10 @@ class System:
         self.worker._making.wait_idle()
         self.worker.step(0.1)
 
-    def command(self, linear_mps: float = 0.25, odometry_ns: int = 0) -> None:
+    def command(self, linear_mps: float = 0.25, odometry_ns: int = 0, frame_ns: int = T0) -> None:
         number = next(self.sequences)
-        self.commands.put(
-            VelocityCommand(
-                number, T0, linear_mps, 0.0, planner="p1", odometry_stamp_ns=odometry_ns
-            )
-        )
+        command = VelocityCommand(number, T0, linear_mps, 0.0, planner="p1", frame_ns=frame_ns)
+        self.commands.put(replace(command, odometry_stamp_ns=odometry_ns))
         self.worker.step(0.1)
 
     def sent(self, ros_type: str) -> list[float]:
@@ -347,6 +345,37 @@ def test_what_drives_by_goals_sends_no_velocity_but_zero(clock: Clock) -> None:
     made.worker.close()
     assert [call.service.split("/")[-1] for call in made.network.calls][:1] == ["send_goal"]
     assert "cancel_goal" in made.network.calls[-1].service
+
+
+@pytest.mark.parametrize(
+    ("linear_mps", "odometry_ns", "frame_ns", "ends_s"),
+    [
+        (0.0, 0, 0, 0.02),  # the planner's stop on stale inputs
+        (0.25, T0 - 1_000_000_000, T0, MAX_COMMAND_AGE_S),  # made on old odometry: a stop
+        (0.0, T0 - 1_000_000_000, T0, MAX_COMMAND_AGE_S),
+    ],
+)
+def test_a_goal_rests_on_commands_that_are_fresh(
+    clock: Clock, linear_mps: float, odometry_ns: int, frame_ns: int, ends_s: float
+) -> None:
+    config = CONFIG.model_copy(update={"drive": "nav2"})
+    made = System(clock, base(TWIST), nav2(), config=config)
+    made.states.put(status("s1"))
+    asked: list[int] = []
+    for step in range(100):
+        made.paths.put(path_to(4.0, 0.0))
+        made.robot_says(T0 + step * 20_000_000)
+        made.clock.now_s += 0.02
+        if step < 40:
+            made.command()
+        else:
+            made.command(linear_mps, odometry_ns, frame_ns)
+        for call in made.network.calls:
+            if call.service.endswith("send_goal") and not call.done:
+                call.answer(bytes((0, 1, 0, 0, 1)) + bytes(11))
+        asked.append(sum(call.service.endswith("cancel_goal") for call in made.network.calls))
+    assert asked[39] == 0
+    assert asked[40 + round(ends_s / 0.02)] == 1
 
 
 def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:

@@ -171,7 +171,9 @@ class Ros2Worker:
             return None
         self._gate, command = self._gate.receive(command, robot.now_s, robot.stamp_ns)
         if command is not None:
-            self._planner_inputs = self._planner_inputs.with_command(robot.now_s)
+            self._planner_inputs = self._planner_inputs.with_command(
+                command, robot.now_s, fresh=self._gate.fresh
+            )
         return command
 
     def _take_inputs(self, now_s: float) -> PlannerInputs:

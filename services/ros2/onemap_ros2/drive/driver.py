@@ -95,8 +95,9 @@ def stamped_pose(goal: GoalPose, stamp_ns: int, frame: str) -> object:
 class PlannerInputs:
     """The planner's newest messages, with their times of arrival in seconds.
 
-    path: of this search, and made with the newest places; None before the first. search: the id of
-    the active one, empty without. places_version: of the newest places of the map.
+    path: of this search, and made with the newest places; None before the first. command_s: of the
+    newest velocity that says that the planner may move the robot. search: the id of the active one,
+    empty without. places_version: of the newest places of the map.
     """
 
     path: PlannedPath | None = None
@@ -128,9 +129,15 @@ class PlannerInputs:
             return self
         return replace(self, search=search, path=None, path_s=NEVER)
 
-    def with_command(self, now_s: float) -> PlannerInputs:
-        """After a velocity came."""
-        return replace(self, command_s=now_s)
+    def with_command(self, command: VelocityCommand, now_s: float, *, fresh: bool) -> PlannerInputs:
+        """After a velocity came; ``fresh``: it was made on what the robot sent just now.
+
+        One that rests on no frame is the planner's stop on stale inputs: it ends the goal at once.
+        A late one says nothing about now.
+        """
+        if command.frame_ns == 0:
+            return replace(self, command_s=NEVER)
+        return replace(self, command_s=now_s) if fresh else self
 
     def goal(self, robot: RobotNow) -> GoalPose | None:
         """Where the robot is to drive; None: it must not drive on.
