@@ -17,6 +17,7 @@
 #define OM_KEY_CMD_VEL "robot/cmd_vel/v1"   /* subscribe in a session of its own */
 #define OM_MAX_HEADER 1024                  /* enough for both messages that are written here */
 #define OM_NAME 65                          /* bytes of a process's name, with the final 0 */
+#define OM_MAX_VALIDITY_MS 300              /* a command that says more is none */
 
 typedef struct { uint8_t data[OM_MAX_HEADER]; size_t size; } om_header;
 
@@ -224,7 +225,7 @@ static inline bool om_read_velocity_command(const uint8_t *header, size_t size,
   uint64_t parts, count;
   unsigned found = 0;
   memset(m, 0, sizeof *m);
-  m->validity_ms = 300;
+  m->validity_ms = OM_MAX_VALIDITY_MS;
   if (!om_head(&r, &kind, &parts) || kind != 'm') return false;
   while (parts-- && !r.bad) {
     if (!om_head(&r, &kind, &count) || kind != 't') return false;
@@ -259,7 +260,8 @@ static inline bool om_read_velocity_command(const uint8_t *header, size_t size,
       if (!strcmp(name, "odometry_stamp_ns")) m->odometry_stamp_ns = integer;
     }
   }
-  return !r.bad && found == 15 && m->linear_mps - m->linear_mps == 0 &&
+  return !r.bad && found == 15 && m->validity_ms >= 0 && m->validity_ms <= OM_MAX_VALIDITY_MS &&
+         m->linear_mps - m->linear_mps == 0 &&
          m->angular_radps - m->angular_radps == 0; /* neither NaN nor infinite */
 }
 

@@ -157,7 +157,7 @@ def test_the_base_is_stopped_when_the_adapter_ends(
 ) -> None:
     odometry = planner.subscribe(keys.ROBOT_ODOMETRY)
     eventually(lambda: odometry.take(0.5))
-    drive(planner, robot, VelocityCommand(1, 1, 0.25, 0.0, 60_000, "p1"))
+    drive(planner, robot, VelocityCommand(1, 1, 0.25, 0.0, planner="p1"))
     adapter.terminate()
     assert adapter.wait(timeout=90) == 0
     told = robot.told.get(timeout=90)

@@ -42,6 +42,8 @@ IMPOSSIBLE: list[tuple[type[Any], str, dict[str, Any]]] = [
     (m.Odometry, "planner has 65 characters", {"planner": "x" * 65}),
     (m.VelocityCommand, "planner has 9 characters", {"planner": "two\nlines"}),
     (m.VelocityCommand, "linear_mps contains NaN", {"linear_mps": NAN}),
+    (m.VelocityCommand, "validity_ms is 301; .* at most 300", {"validity_ms": 301}),
+    (m.VelocityCommand, "validity_ms is -1; .* at least 0", {"validity_ms": -1}),
     (m.VelocityCommand, "lateral_mps contains NaN or infinity", {"lateral_mps": INF}),
     (
         m.FeatureField,

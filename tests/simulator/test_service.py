@@ -44,7 +44,7 @@ class Robot:
         return False
 
     def drive(self, linear: float, angular: float) -> None:
-        self.commands.put(VelocityCommand(0, 0, linear, angular, validity_ms=5000))
+        self.commands.put(VelocityCommand(0, 0, linear, angular))
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import U8, U16, Velocity2d
-from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape, numbers
+from onemap_shared.messages.checks import Finite, Message, Name, Pose, Shape, numbers, within
 
 # Milliseconds that a velocity command holds at most: every driver brakes by itself after them, and
 # the planner checks each command to their end.
@@ -109,7 +109,7 @@ class VelocityCommand(Message):
     stamp_ns: int
     linear_mps: Finite
     angular_radps: Finite
-    validity_ms: int = COMMAND_VALIDITY_MS
+    validity_ms: Annotated[int, within(0, COMMAND_VALIDITY_MS)] = COMMAND_VALIDITY_MS
     planner: Name = ""
     odometry_stamp_ns: int = 0
     frame_ns: int = 0

@@ -40,7 +40,6 @@ ROUTER_VARIABLE = "ONEMAP_DEMO_ROUTER"  # where the robot's network is; the demo
 DOMAIN = 0
 COLOR, DEPTH, INFO = "/camera/color/image_raw", "/camera/depth/image_raw", "/camera/camera_info"
 MAP, BASE, CAMERA = "map", "base_link", "camera_optical_frame"
-BASE_TIMEOUT_MS = 500  # a base's own: without a command for so long it stops
 
 
 class Ros2RobotBus:
@@ -114,7 +113,7 @@ class _Commands:
         self._received += 1
         twist = decode(taken[-1], TWIST_STAMPED).twist
         speed = float(twist.linear.x), float(twist.angular.z)
-        return VelocityCommand(self._received, time.time_ns(), *speed, BASE_TIMEOUT_MS)
+        return VelocityCommand(self._received, time.time_ns(), *speed)
 
     @property
     def counters(self) -> Counters:
