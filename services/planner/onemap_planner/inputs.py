@@ -242,6 +242,9 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
     beside = message.offset_m > 0.0 and inputs.offset_m == 0.0
     if not message.map_id:
         another = inputs.revision is None or frames < 0 or frames > revisions
+    exchanged = (
+        another and revisions > 0 and inputs.map_count > 0
+    )  # the first takes no other's place
     return replace(
         inputs,
         revision=arrival,
@@ -251,7 +254,7 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         map_count=inputs.map_count + another,
         places_version=(inputs.map_count + another, message.places_version),
         objects_version=(inputs.map_count + another, message.objects_version),
-        exchange_count=inputs.exchange_count + (another and revisions > 0),
+        exchange_count=inputs.exchange_count + exchanged,
         camera=message.camera[0] if message.camera else inputs.camera,
         offset_m=message.offset_m,
         jump_count=inputs.jump_count + beside,
