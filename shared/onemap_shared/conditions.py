@@ -32,7 +32,7 @@ from onemap_shared.messages import (
     RelationKind,
 )
 from onemap_shared.names import a, same_name, the
-from onemap_shared.places import may_be_in, near_cells, place_of, room_beside, rooms_at
+from onemap_shared.places import SPECK_M, near_cells, place_of, room_beside, rooms_at
 from onemap_shared.sight import in_sight
 
 LIKELY = 0.5  # of the kernel times a probability, or of a thing's cells
@@ -41,6 +41,7 @@ MAYBE = 0.3  # of a probability: a cell of it may show the thing
 SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its sofa
 NOT_SHOWN = "the map does not show where that is"
 NOT_SETTLED = "its walls are not all seen yet"
+ACROSS_M = 1.0  # half of the widest passage that parts two rooms, and a wall
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
 
@@ -271,12 +272,25 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Checke
 
 
 def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:
-    """Whether the cells (K, 2) may turn out to be in a place that the map shows."""
+    """Whether the cells (K, 2) may turn out to be in a place that the map shows: what was not seen
+    lies between the floor beside them and its room, up to ``ACROSS_M`` from the floor of each."""
     if _is_in(cells, around.shown[name], around):
         return True
-    grid, places = around.grid, around.places
-    unseen = onto(places.grid, grid, around.occupancy, Occupancy.UNKNOWN) == Occupancy.UNKNOWN
-    return may_be_in(places, name, room_beside(places, grid, cells), unseen)
+    places = around.places
+    _, room = places.get(name) or (None, NO_ROOM)
+    here = room_beside(places, around.grid, cells)
+    if NO_ROOM in (room, here) or room == here:
+        return room != NO_ROOM
+    speck, across = (round(way_m / places.grid.cell_size_m) for way_m in (SPECK_M, ACROSS_M))
+    seen = onto(places.grid, around.grid, around.occupancy, Occupancy.UNKNOWN) != Occupancy.UNKNOWN
+    ids = np.pad(places.ids, speck, constant_values=NO_ROOM)
+    unseen = np.pad(~seen, speck, constant_values=True)
+    hidden = ndimage.binary_opening(unseen, np.ones((speck, speck)))
+    one, other = (
+        hidden & ndimage.binary_dilation(ids == each, iterations=across, mask=hidden)
+        for each in (room, here)
+    )
+    return bool((one & ndimage.binary_dilation(other)).any())
 
 
 def _is_in(cells: I64, mask: Bool, around: Surroundings) -> bool:

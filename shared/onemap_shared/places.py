@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.grid import GridSpec, onto
@@ -15,7 +14,6 @@ from onemap_shared.messages import NO_ROOM, MapPlaces, Place, PlaceKind
 NEAR_M = 1.0  # a point in furniture, or in what was put there later, is in the room beside it
 SPECK_M = 0.3  # what was not seen and is narrower hides no wall, and no way
 BESIDE_M = 0.25  # beside a thing: what the map blurs, two cells
-ACROSS_M = 1.0  # half of the widest passage that parts two rooms, and a wall
 NAMED_M = 0.3  # from the point that names a room to the part of it that it names
 NOWHERE = MapPlaces(0, -1, (), (), GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), np.int32))
 
@@ -107,26 +105,6 @@ def place_mask(
         part = room_at(parts, places.grid, place.inside_m, NAMED_M)
         cells = (parts == part) & (part != NO_ROOM)
     return onto(grid, places.grid, cells)
-
-
-def may_be_in(places: MapPlaces, name: str, here: int, unseen: Bool) -> bool:
-    """Whether the floor of a room, ``here``, may turn out to be in the room of a name: what was not
-    seen lies between, up to ``ACROSS_M`` from the floor of each.
-
-    unseen: (nx, ny) of the grid of the places; what is narrower than ``SPECK_M`` hides no way.
-    """
-    _, room = places.get(name) or (None, NO_ROOM)
-    if NO_ROOM in (room, here) or room == here:
-        return room != NO_ROOM
-    speck, across = (round(way_m / places.grid.cell_size_m) for way_m in (SPECK_M, ACROSS_M))
-    ids = np.pad(places.ids, speck, constant_values=NO_ROOM)
-    unseen = np.pad(unseen, speck, constant_values=True)
-    hidden = ndimage.binary_opening(unseen, np.ones((speck, speck)))
-    one, other = (
-        hidden & ndimage.binary_dilation(ids == each, iterations=across, mask=hidden)
-        for each in (room, here)
-    )
-    return bool((one & ndimage.binary_dilation(other)).any())
 
 
 def polygon_mask(corners_m: F64, grid: GridSpec, *, in_part: bool = False) -> Bool:
