@@ -57,6 +57,14 @@ def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
     np.testing.assert_allclose(y_max - rows.min() / 100, 1.3, atol=0.06)
 
 
+def test_the_heatmap_of_a_sentence_is_that_of_its_object(client: TestClient) -> None:
+    address = "/v1/map.png?marks=false&text="
+    sofa = client.get(f"{address}sofa")
+    assert client.get(f"{address}the sofa next to the desk").content == sofa.content
+    refused = client.get(f"{address}two sofas")
+    assert (refused.status_code, refused.json()["type"]) == (422, "/docs#problem-invalid")
+
+
 def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> None:
     mapper = fakes.FakeMapper(router)
     with fakes.client_on(router) as client:

@@ -12,7 +12,7 @@ from typing import Annotated
 
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Query, Response
-from pydantic import AfterValidator
+from pydantic import AfterValidator, ValidationError
 
 from onemap.replies import (
     MapContent,
@@ -22,13 +22,20 @@ from onemap.replies import (
 )
 from onemap_gateway.bus.live_state import newest
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problems import HttpProblem, content, problem_responses
+from onemap_gateway.http.problems import (
+    HttpProblem,
+    content,
+    from_validation_error,
+    problem_responses,
+)
 from onemap_gateway.http.routes.queries import image_view
 from onemap_gateway.http.schemas import (
     ComparedImage,
+    Described,
     MergeRequest,
     ObjectName,
 )
+from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.live import build_overlay
 from onemap_gateway.present.palette import PALETTES, Theme
@@ -109,8 +116,9 @@ async def get_map(gateway: GatewayDep) -> MapStatistics:
     responses={200: PICTURE, **problem_responses(409, 422, 503)},
 )
 async def get_map_picture(gateway: GatewayDep, how: DrawingDep, text: Text = None) -> Response:
-    """The mapped floor, the similarity to `text`, and what the robot is doing."""
-    return await _picture(gateway, text, how, partial(gateway.view, text))
+    """The mapped floor, the similarity to the object of `text`, and what the robot is doing."""
+    name = await _named(gateway, text)
+    return await _picture(gateway, name, how, partial(gateway.view, name))
 
 
 @router.post(
@@ -126,6 +134,18 @@ async def draw_image_similarity(
     probabilities."""
     compared = sha256(request.image).digest()
     return await _picture(gateway, compared, how, partial(image_view, gateway, request.image))
+
+
+async def _named(gateway: GatewayContext, text: str | None) -> str | None:
+    """The object that a sentence asks for: cells resemble it, not what is said of where it is."""
+    if not text:
+        return text
+    try:
+        described = Described(text=text)
+    except ValidationError as error:
+        raise from_validation_error(error) from None
+    (sentence,) = (await understand(gateway, [described])).sentences
+    return sentence.name
 
 
 async def _picture(
@@ -194,11 +214,13 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     Arrays are indexed [ix, iy]: the first axis follows the map's x, the second its y.
     """
 
+    name = await _named(gateway, text)
+
     async def pack() -> tuple[bytes, dict[str, str]]:
-        data = await to_thread.run_sync(map_archive, await gateway.view(text))
+        data = await to_thread.run_sync(map_archive, await gateway.view(name))
         return data, {"Content-Disposition": 'attachment; filename="map.npz"'}
 
-    archive = await gateway.images.get(("map.npz", text), gateway.map_revision(), pack)
+    archive = await gateway.images.get(("map.npz", name), gateway.map_revision(), pack)
     return SharedResponse(
         archive.body, media_type="application/octet-stream", headers=archive.headers
     )
