@@ -16,7 +16,13 @@ from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.ledger import MAX_VISITS
 from onemap_planner.policy.state import SETTLE_S, Evidence, PlannerState
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.state_machine import CandidateSelected, Ending, Event
+from onemap_planner.search.state_machine import (
+    CandidateSelected,
+    Ending,
+    Event,
+    EventStamp,
+    Rejected,
+)
 from onemap_planner.sentences import DOUBTED, OBSTACLE, ONWARD
 from onemap_planner.world.candidates import ObjectCandidate, ViewpointTally
 from onemap_planner.world.costmap import BesideMap
@@ -266,13 +272,28 @@ def test_before_an_object_counts_as_not_found_what_was_tried_is_offered_once_mor
     assert isinstance(event, Ending)
 
 
-def test_floor_that_no_way_leads_to_is_named() -> None:
+def test_what_no_way_leads_to_is_named() -> None:
     rows = ["#####", "#...#", "#...#", "#####", *["#...#"] * 3, "#####"]
     apart = context_of(search_view_of(drawn_map(*rows, scale=5)))
     assert apart.unreachable_m2() > 1.0
-    _, event = given_up(planner_state(), apart)
+    state = replace(planner_state(candidate(3.0, 1.2)), reconsidered=True)
+    _, event = given_up(state, apart)
     assert isinstance(event, Ending)
     assert "m² of floor seen but not reachable" in event.reason
+    assert event.reason.endswith("seen in 3 images at (3.0, 1.2), but no way to it was found")
+
+
+def test_the_time_of_a_goal_does_not_run_while_a_candidate_is_approached() -> None:
+    state, *_ = explored(PlannerState(SEARCH), HALF_KNOWN)
+    assert state.active_goal is not None
+    goal, there = state.active_goal.goal, candidate(2.0, 2.0)
+    for after_s, event in ((1.0, CandidateSelected(there)), (99.0, Rejected())):
+        state.active_time_s = after_s
+        state.apply(event, EventStamp(after_s, after_s, (1.0, 1.0), 0.0))
+    state, *_ = explored(state, HALF_KNOWN)
+    assert state.active_goal is not None
+    assert state.active_goal.goal == goal
+    assert not state.ledger.attempts
 
 
 def two_halves() -> PlanningContext:

@@ -216,9 +216,14 @@ class PlannerState:
         return self.progress.obstacles_xy if self.progress else np.zeros((0, 2))
 
     def apply(self, event: sm.Event, stamp: sm.EventStamp) -> None:
-        """Take in the event; the next object begins without evidence."""
+        """Take in the event; the next object begins without evidence.
+
+        While a candidate is approached the goal before it is none, nor does its time run.
+        """
         if (found := sm.found_by(event)) is not None:
             self.find(found)
+        if isinstance(event, sm.CandidateSelected):
+            self.active_goal = None
         search = sm.transition(self.search, event, stamp)
         if search.index != self.search.index:
             self.begin_object()

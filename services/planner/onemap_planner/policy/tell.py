@@ -28,6 +28,7 @@ from onemap_planner.sentences import (
     found_other,
     gained,
     goal_sentence,
+    seen_out_of_reach,
     zone_in_the_way,
 )
 from onemap_planner.world.candidates import ObjectCandidate
@@ -151,6 +152,9 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
         return Move(event=other_object(state, other, conditions))
     coverage, doubted = coverage_of(context), doubtful(state, context)
     named = f"; {_told(*doubted[0])}" if doubted else ""
+    beyond = (c for c in agreed(state) if find_viewpoint(c, context) is None)
+    if (seen := next(beyond, None)) is not None:
+        named += seen_out_of_reach(seen.xyz[:2], seen.sightings)
     reason = _covered(state, context, coverage) + named
     zone = _zone_before((*agreed(state), *state.evidence.rejected), context)
     if zone:
