@@ -11,7 +11,7 @@ from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.evidence import update_evidence
-from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
+from onemap_planner.policy.goals import Goal, GoalKind, SearchAreas
 from onemap_planner.policy.ledger import Attempt, Ledger
 from onemap_planner.policy.move import Exploration, explore
 from onemap_planner.policy.names import found_under_other_names
@@ -60,11 +60,11 @@ def context() -> PlanningContext:
 
 def explored(
     state: PlannerState, here: PlanningContext, how: Exploration = explore
-) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
+) -> tuple[PlannerState, Motion, Event | None, SearchAreas]:
     """A copy of the state after exploring, and what was decided."""
     after = state.copy()
     move = how(after, here)
-    return after, move.motion, move.event, move.candidates
+    return after, move.motion, move.event, move.areas
 
 
 def decided(

@@ -21,7 +21,7 @@ from onemap_planner.method import ONEMAP, PlanningMethod
 from onemap_planner.motion.motions import Drive, Rest, Reverse, Rotate
 from onemap_planner.motion.staleness import view_problem
 from onemap_planner.motion.velocity_controller import Plan
-from onemap_planner.policy.goals import NO_CANDIDATES, GoalKind
+from onemap_planner.policy.goals import NO_AREAS, GoalKind
 from onemap_planner.policy.names import view_request
 from onemap_planner.policy.outcome import Decision, Observation
 from onemap_planner.policy.state import PlannerState
@@ -172,7 +172,7 @@ def planned_path(search: sm.Search, decision: Decision | None, stamp_ns: int) ->
     if not search.active:
         decision = None
     motion, goal = (decision.motion, decision.goal) if decision else (None, None)
-    offered = decision.goal_candidates if decision else NO_CANDIDATES
+    offered = decision.areas if decision else NO_AREAS
     kind = NO_GOAL
     look: tuple[float, ...] = ()
     points = np.zeros((0, 2))
@@ -394,7 +394,7 @@ class PlanningThread:
         """
         if decision is not None and self._places.version == self._now().inputs.places_version:
             search_id, motion, costmap = state.search.search_id, decision.motion, decision.costmap
-            offered, version = decision.goal_candidates, self._places.version
+            offered, version = decision.areas, self._places.version
             result = replace(
                 result,
                 plan=Plan(search_id, motion, costmap, asked_s, version, frame_ns),

@@ -181,7 +181,7 @@ def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None
     _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
     assert event == sm.CandidateSelected(now)
     while nearer_xy is not None:
-        state.ledger.doubt(now, nearer_xy)
+        state.ledger.looked_in_vain(now, nearer_xy)
         nearer_xy = find_viewpoint(now, context(), state.ledger.looked_from(now.xyz[:2]))
     _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
     assert event == sm.Confirmed(now)

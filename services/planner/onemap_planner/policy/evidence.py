@@ -81,7 +81,9 @@ def agreed(state: PlannerState) -> list[ObjectCandidate]:
     return often[:MAX_CANDIDATES_TRIED]
 
 
-def doubtful(state: PlannerState, context: PlanningContext) -> list[tuple[ObjectCandidate, float]]:
+def against_map(
+    state: PlannerState, context: PlanningContext
+) -> list[tuple[ObjectCandidate, float]]:
     """What was detected, but not accepted because the map did not agree, the most probable first.
 
     Each with its probability; what is certainly something else is left out.

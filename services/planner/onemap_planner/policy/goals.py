@@ -29,10 +29,10 @@ GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 class GoalKind(str, Enum):
     """What a goal is for; the values are those of ``PlannedPath.goal_kind``."""
 
-    FRONTIER = "frontier"
+    FRONTIER = "frontier"  # a border of what is known, or where an optimistic way crosses one
     REGION = "region"
     DETECTION = "detection"
-    OUTLINE = "outline"
+    OUTLINE = "outline"  # the walls of a room
     GO_TO = "go_to"
     LOOK_AT = "look_at"
 
@@ -91,14 +91,14 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class GoalCandidates:
-    """Frontiers and regions of one planning step."""
+class SearchAreas:
+    """Where the map of one planning step asks for a look: frontiers and regions."""
 
     frontiers: tuple[Frontier, ...] = ()
     regions: tuple[SimilarRegion, ...] = ()
 
 
-NO_CANDIDATES = GoalCandidates()
+NO_AREAS = SearchAreas()
 
 
 def successor(goals: Iterable[Goal], earlier: Goal) -> Goal | None:

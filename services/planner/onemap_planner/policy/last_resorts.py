@@ -7,7 +7,7 @@ from math import pi
 from onemap_planner.motion.motions import Rotate
 from onemap_planner.motion.pure_pursuit import LOOK_AROUND_RADPS
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.evidence import doubtful
+from onemap_planner.policy.evidence import against_map
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import SETTLE_S, PlannerState
 from onemap_planner.policy.tell import not_found
@@ -15,7 +15,7 @@ from onemap_planner.search.state_machine import without_choice
 from onemap_shared.messages import NO_DETAIL
 
 TURNED_S = SETTLE_S + 2 * pi / LOOK_AROUND_RADPS  # of standing and turning once
-MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
+MAX_LAST_LOOKS = 2  # of what was detected against the map, before an object is given up
 
 
 def without_goal(state: PlannerState, context: PlanningContext) -> Move:
@@ -27,21 +27,22 @@ def without_goal(state: PlannerState, context: PlanningContext) -> Move:
         return Move()
     if idle_s < TURNED_S:
         return Move(Rotate())
-    if reconsider(state, context) or settle(state):
+    if reconsider(state, context) or take_any(state):
         return Move()
     return not_found(state, context)
 
 
 def reconsider(state: PlannerState, context: PlanningContext) -> bool:
-    """Offer once more, for each object, what was tried in vain, and what is doubtful."""
-    doubted = doubtful(state, context)
+    """Offer once more, for each object, what was tried in vain, and what was detected
+    against the map."""
+    doubted = against_map(state, context)
     if state.reconsidered or not (doubted or state.evidence.rejected or state.ledger.attempts):
         return False
     state.reconsider(tuple(candidate for candidate, _ in doubted[:MAX_LAST_LOOKS]))
     return True
 
 
-def settle(state: PlannerState) -> bool:
+def take_any(state: PlannerState) -> bool:
     """Take any object of the name, to say that it is there, though not as described."""
     evidence = state.evidence
     known = evidence.supported

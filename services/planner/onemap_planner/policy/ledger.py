@@ -68,7 +68,7 @@ class Ledger:
         """A goal was given up, when the robot had been there or on its way."""
         self._add(Attempt(goal.kind, goal.look_xy, goal.viewpoint_xy))
 
-    def doubt(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
+    def looked_in_vain(self, candidate: ObjectCandidate, from_xy: Xy) -> None:
         """A candidate could not be confirmed from a place, metres: seen from there in vain, or
         where the robot got stuck on the way to a viewpoint."""
         self._add(Attempt(GoalKind.DETECTION, candidate.xyz[:2], from_xy))

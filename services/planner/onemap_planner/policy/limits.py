@@ -67,13 +67,13 @@ def handle_stuck(state: PlannerState) -> tuple[sm.Event, ...]:
 def leave_goal(state: PlannerState, why: str = "") -> tuple[sm.Event, ...]:
     """Give up the goal that cannot be driven to; why: a place, which is the only one, fails.
 
-    Of a candidate the way failed: detected from elsewhere, it is taken up again.
+    A candidate is rejected, until a search without another goal offers once more what was tried.
     """
     match state.search.phase:
         case sm.Approaching(candidate) | sm.Confirming(candidate, _):
             latest = state.evidence.latest(candidate)
             if state.progress is not None:
-                state.ledger.doubt(latest, state.progress.moved_at.xy)
+                state.ledger.looked_in_vain(latest, state.progress.moved_at.xy)
             state.reject(latest, why or STUCK_ON_WAY)
             return (sm.Rejected(),)
         case sm.Driving() if why:

@@ -17,7 +17,7 @@ from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.last_resorts import without_goal
 from onemap_planner.policy.limits import is_trapped, stuck_failure
-from onemap_planner.policy.offer import borders_and_regions, offer
+from onemap_planner.policy.offer import offer, search_areas
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import ActiveGoal, PlannerState
 from onemap_planner.policy.take_in import TakenIn
@@ -76,16 +76,16 @@ def _move_of_phase(  # noqa: PLR0911
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, look around, try once more, or end."""
     state.give_up_finished()
-    candidates = borders_and_regions(state, context)
-    options = offer(state, context, candidates)
+    areas = search_areas(state, context)
+    options = offer(state, context, areas)
     goal = choose(options, state.active_goal.goal if state.active_goal else None)
     if goal is None:
-        return replace(without_goal(state, context), candidates=candidates)
+        return replace(without_goal(state, context), areas=areas)
     at, motion = head_for(state, goal, options, context, goal.look_xy)
     if at is ArrivalState.NO_VIEW or state.active_goal is None:
-        return Move(candidates=candidates)
-    state.active_goal = state.active_goal.compared(motion, candidates, state.active_time_s)
-    return Move(motion, _unsupported_reached(state, state.active_goal), candidates)
+        return Move(areas=areas)
+    state.active_goal = state.active_goal.compared(motion, areas, state.active_time_s)
+    return Move(motion, _unsupported_reached(state, state.active_goal), areas)
 
 
 def _unsupported_reached(state: PlannerState, active: ActiveGoal) -> sm.CandidateSelected | None:
@@ -101,14 +101,14 @@ def follow_goal(state: PlannerState, context: PlanningContext) -> Move:
     active = state.active_goal
     if active is None or active.comparison is None:
         return Move()
-    candidates, goal = active.comparison.candidates, active.goal
+    areas, goal = active.comparison.areas, active.goal
     at, motion = arrive(context.drive_to(goal.viewpoint_xy, goal.look_xy), context)
     if at is ArrivalState.NO_VIEW:
         state.give_up(goal)
-        return Move(candidates=candidates)
+        return Move(areas=areas)
     there = at is ArrivalState.THERE
     state.active_goal = active.at(state.active_time_s, arrived=there)
-    return Move(motion, candidates=candidates)
+    return Move(motion, areas=areas)
 
 
 WITHIN_M = 0.005  # a robot that reaches less far into a zone has not entered it: rounding

@@ -13,8 +13,8 @@ from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.goals import (
     SAME_GOAL_M,
     Goal,
-    GoalCandidates,
     GoalKind,
+    SearchAreas,
     detection_goal,
     frontier_goals,
     grown,
@@ -36,24 +36,24 @@ CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the 
 MAX_UNREACHED = 2  # candidates to which ways are planned, the most similar ones
 
 
-def borders_and_regions(state: PlannerState, context: PlanningContext) -> GoalCandidates:
+def search_areas(state: PlannerState, context: PlanningContext) -> SearchAreas:
     """The frontiers and regions of the map, by what is believed of the object."""
     seen = discounted(context.map_view, state.evidence.undetected)
-    return GoalCandidates(
+    return SearchAreas(
         find_frontiers(context.believed(seen, drawn=True), context.costmap),
         find_regions(context.believed(seen)),
     )
 
 
-def offer(state: PlannerState, context: PlanningContext, candidates: GoalCandidates) -> list[Goal]:
+def offer(state: PlannerState, context: PlanningContext, areas: SearchAreas) -> list[Goal]:
     """The goals to choose from: frontiers, candidates, ways to those without a viewpoint, regions.
 
     Without any: the way to floor that no path leads to.
     """
-    goals = _in_place(frontier_goals(candidates.frontiers, context), context)
+    goals = _in_place(frontier_goals(areas.frontiers, context), context)
     looks, ways = _candidate_goals(state, context)
     worthwhile = ways + _not_given_up(state, goals + looks)
-    worthwhile += _region_goals(state, context, candidates.regions, worthwhile)
+    worthwhile += _region_goals(state, context, areas.regions, worthwhile)
     if worthwhile:
         return worthwhile
     way_out = _way_to_cut_off(state, context)
@@ -128,8 +128,10 @@ def _region_goals(
     regions: tuple[SimilarRegion, ...],
     others: Sequence[Goal],
 ) -> list[Goal]:
-    """The goals of the regions that may be among the best two of these and others, and the present
-    one: viewpoints of all of them took most of the time of planning."""
+    """The goals of the regions that may be among the best two of all, and the present one.
+
+    others: of other kinds. Viewpoints of all regions took most of the time of planning.
+    """
     best = nlargest(2, (goal.utility.total for goal in others))
     active, tried_xy = state.active_goal, state.ledger.tried_xy(GoalKind.REGION)
     present = grown(active.goal.cells) if active else frozenset()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest
 from onemap_planner.policy.context import USUAL_CAMERA
-from onemap_planner.policy.goals import NO_CANDIDATES, Goal, GoalCandidates
+from onemap_planner.policy.goals import NO_AREAS, Goal, SearchAreas
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.state_machine import Event, EventStamp
 from onemap_planner.world.costmap import Costmap
@@ -64,17 +64,17 @@ class Observation:
 class Move:
     """What a phase of the search decides: the motion, and what has happened.
 
-    candidates: what the goal was chosen from.
+    areas: that the map offered, beside candidates.
     """
 
     motion: Motion = STAND
     event: Event | None = None
-    candidates: GoalCandidates = NO_CANDIDATES
+    areas: SearchAreas = NO_AREAS
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The motion until the next step, with the goal and what it was chosen from.
+    """The motion until the next step, with the goal and the areas that the map offered.
 
     finds: objects that this step confirmed, for the map to keep.
     """
@@ -82,7 +82,7 @@ class Decision:
     motion: Motion
     costmap: Costmap
     goal: Goal | None
-    goal_candidates: GoalCandidates
+    areas: SearchAreas
     finds: tuple[ObjectFind, ...] = ()
 
 

@@ -12,7 +12,7 @@ from onemap_shared.params import Params
 
 
 class ExploreParams(Params):
-    """How near a robot goes to what it finds, and how long it seeks."""
+    """How near a robot goes to what it finds, and how long it searches for one object."""
 
     approach_farthest_m: float = Field(
         default=1.1,

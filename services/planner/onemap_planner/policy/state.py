@@ -1,7 +1,6 @@
 """State of the planner: the search, the evidence about its object, what was tried, the robot.
 
-A step works on its own copy and changes it by these methods; the state that it was given stays as
-it is.
+A step works on a copy, which its functions change; the state that it was given stays as it is.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalCandidates
+from onemap_planner.policy.goals import Goal, SearchAreas
 from onemap_planner.policy.ledger import Ledger, Xy
 from onemap_planner.search import state_machine as sm
 from onemap_planner.sentences import Landmarks
@@ -54,14 +53,14 @@ NO_SYNONYMS: Synonyms = frozenset()
 
 @dataclass(frozen=True, slots=True)
 class GoalComparison:
-    """When all goals were last compared, in seconds of active time, and among what.
+    """When all goals were last compared, in seconds of active time, and the areas then.
 
     corners_xy (2, 2): lowest and highest x and y of the way to the chosen one, metres.
     """
 
     at_s: float
     corners_xy: F64
-    candidates: GoalCandidates
+    areas: SearchAreas
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +84,11 @@ class ActiveGoal:
             return self
         return replace(self, arrived_s=now_s)
 
-    def compared(self, motion: Drive, candidates: GoalCandidates, now_s: float) -> ActiveGoal:
+    def compared(self, motion: Drive, areas: SearchAreas, now_s: float) -> ActiveGoal:
         """The goal with the comparison that it was chosen in."""
         way = motion.points_xy
         corners_xy = np.stack([way.min(axis=0), way.max(axis=0)])
-        return replace(self, comparison=GoalComparison(now_s, corners_xy, candidates))
+        return replace(self, comparison=GoalComparison(now_s, corners_xy, areas))
 
 
 @dataclass(slots=True)
@@ -311,15 +310,15 @@ class PlannerState:
         if visited or now_s - active.since_s > active.budget_s:
             self.give_up(active.goal)
 
-    def reconsider(self, doubtful: tuple[ObjectCandidate, ...] = ()) -> None:
+    def reconsider(self, against_map: tuple[ObjectCandidate, ...] = ()) -> None:
         """Offer once more what was tried, because no goal is left.
 
-        doubtful: candidates that the map does not support and that are worth a look from another
+        against_map: candidates that the map does not support and that are worth a look from another
         side; what was seen of them counts on. Other rejected ones are forgotten until they are
         detected again.
         """
         self.evidence = replace(
-            self.evidence, candidates=(), unsupported=doubtful, rejected=(), takes_any=False
+            self.evidence, candidates=(), unsupported=against_map, rejected=(), takes_any=False
         )
         self.evidence.undetected = UndetectedViews()
         self.ledger = Ledger()

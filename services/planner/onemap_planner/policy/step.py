@@ -1,10 +1,12 @@
-"""One planning step: take in what is new, choose a motion, and tell why.
+"""One planning step: take in what is new, decide how to move, and end what is to be ended.
 
 1. ``take_in``: time, pose, map and detections become the state and a context to plan on.
-2. While the search explores, ``offer``: all goals that there are,
-3. ``choose``: the best of them,
-4. ``move``: the way to it; in other phases, the way to a candidate or a place.
-5. ``tell``: why, in sentences and numbers.
+2. ``next_move``: what the phase of the search asks for. While it explores: ``offer`` lists all
+   goals, ``choose`` takes the best; else the way to a candidate, or to a place. The reasons are
+   told with the choice (``tell``).
+3. ``hindered``: a goal is given up that the robot got stuck on the way to.
+4. ``limit_reached``: the limits of time and distance end the search, whatever else has happened.
+5. The events change the state.
 
 Pure: time comes in with the observation, and the state that comes in stays as it is. The planning
 thread feeds it from the bus, the tests from a grid world.
@@ -53,4 +55,4 @@ def step(
         state.apply(event, stamp)
     backs_up = state.progress is not None and state.progress.backing_from is not None
     motion = Reverse() if backs_up else move.motion
-    return Outcome(state, Decision(motion, costmap, goal, move.candidates, finds))
+    return Outcome(state, Decision(motion, costmap, goal, move.areas, finds))

@@ -9,7 +9,7 @@ from math import inf, isfinite, radians, tan
 import numpy as np
 
 from onemap_planner.policy.context import APPROACH_NEAREST_M, PlanningContext
-from onemap_planner.policy.evidence import agreed, doubtful
+from onemap_planner.policy.evidence import against_map, agreed
 from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.names import found_object_at, found_under_other_names
@@ -150,11 +150,11 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
         other = state.evidence.latest(state.evidence.other_finds[0])
         conditions = check_find(other, context, state.evidence, state.found_objects)
         return Move(event=other_object(state, other, conditions))
-    coverage, doubted = coverage_of(context), doubtful(state, context)
+    coverage, doubted = coverage_of(context), against_map(state, context)
     named = f"; {_told(*doubted[0])}" if doubted else ""
-    beyond = (c for c in agreed(state) if find_viewpoint(c, context) is None)
-    if (seen := next(beyond, None)) is not None:
-        named += seen_out_of_reach(seen.xyz[:2], seen.sightings)
+    beyond = [c for c in agreed(state) if find_viewpoint(c, context) is None]
+    if beyond:
+        named += seen_out_of_reach(beyond[0].xyz[:2], beyond[0].sightings)
     reason = _covered(state, context, coverage) + named
     zone = _zone_before((*agreed(state), *state.evidence.rejected), context)
     if zone:
@@ -167,7 +167,7 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
 
 
 def _told(best: ObjectCandidate, probable: float) -> str:
-    """A doubtful candidate in words."""
+    """A candidate against the map in words."""
     hits = sum(tally.hits for tally in best.near_views)
     x, y, _ = best.xyz
     return (

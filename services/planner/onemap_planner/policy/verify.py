@@ -26,7 +26,6 @@ from onemap_planner.world.candidates import (
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
-from onemap_planner.world.regions import SIMILAR
 from onemap_shared.messages import Holds, all_hold, told, wrong
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
@@ -59,7 +58,7 @@ def approach(state: PlannerState, phase: sm.Approaching, context: PlanningContex
         there = False
         at = ArrivalState.NO_VIEW if comes_no_nearer(viewpoint_xy, context) else at
     if at is ArrivalState.NO_VIEW:
-        state.ledger.doubt(candidate, viewpoint_xy)
+        state.ledger.looked_in_vain(candidate, viewpoint_xy)
         return Move()
     goal = detection_goal(candidate, candidate.similarity, viewpoint_xy, context)
     around = state.landmarks(context)
@@ -130,20 +129,21 @@ def _confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext
     if agreeing >= CONFIRM_SIGHTINGS and agreeing > contradictions:
         return Move(event=_sure(state, candidate, context))
     if waited_s > CONFIRM_S:
-        return Move(event=_doubt(state, candidate, context))
+        return Move(event=_look_elsewhere(state, candidate, context))
     return Move(motion)
 
 
-def _doubt(state: PlannerState, candidate: ObjectCandidate, context: PlanningContext) -> sm.Event:
+def _look_elsewhere(
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext
+) -> sm.Event:
     """Look at an unconfirmed candidate from another side, or reject it.
 
     What stands behind a corner is not detected from where the map, which is flat and blurred,
     shows a free line of sight.
     """
-    state.ledger.doubt(candidate, context.pose.xy)
+    state.ledger.looked_in_vain(candidate, context.pose.xy)
     tried = state.ledger.looked_from(candidate.xyz[:2])
-    worth_it = candidate.similarity >= SIMILAR and len(tried) < MAX_LOOKS
-    if worth_it and find_viewpoint(candidate, context, tried) is not None:
+    if len(tried) < MAX_LOOKS and find_viewpoint(candidate, context, tried) is not None:
         return sm.CandidateSelected(candidate)
     state.reject(candidate, NOT_CONFIRMED)
     return sm.Rejected()

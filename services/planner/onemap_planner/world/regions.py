@@ -35,8 +35,9 @@ def find_regions(map_view: MapView) -> tuple[SimilarRegion, ...]:
     return tuple(sorted(regions, key=lambda region: -region.score))
 
 
-MISSED = 0.5  # probability that a detector misses an object in such a view: it misses 0.3 of the
-# single frames (``AcceptanceParams.detected``), and misses of one object come together
+# Probability that a detector misses an object in such a view: more than in a single frame
+# (``candidates.DETECTED``), since misses of one object come together.
+MISSED = 0.5
 
 
 @dataclass(frozen=True, slots=True)

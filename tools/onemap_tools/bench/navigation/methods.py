@@ -32,7 +32,7 @@ from onemap_perception.config import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import SAME_GOAL_M, Goal, GoalCandidates, frontier_goals
+from onemap_planner.policy.goals import SAME_GOAL_M, Goal, SearchAreas, frontier_goals
 from onemap_planner.policy.move import Exploration, explore
 from onemap_planner.policy.outcome import Move
 from onemap_planner.policy.state import LINGER_S, SETTLE_S, ActiveGoal, PlannerState
@@ -129,20 +129,20 @@ class FrontierExploration:
     def __call__(self, state: PlannerState, context: PlanningContext) -> Move:
         """See ``Exploration``."""
         _give_up_finished(state)
-        candidates = GoalCandidates(find_frontiers(context.map_view, context.costmap))
+        areas = SearchAreas(find_frontiers(context.map_view, context.costmap))
         goals = [
             goal
-            for goal in frontier_goals(candidates.frontiers, context)
+            for goal in frontier_goals(areas.frontiers, context)
             if not state.ledger.is_given_up(goal)
         ]
         if not goals:
-            return Move(event=_idle(state), candidates=candidates)
+            return Move(event=_idle(state), areas=areas)
         goal = self._choose(goals, state, context)
         motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
         there = arrived(motion, context.pose)
         state.active_goal = _active(state, goal).at(state.active_time_s, arrived=there)
         state.idle_since_s = None
-        return Move(motion, candidates=candidates)
+        return Move(motion, areas=areas)
 
     def _choose(self, goals: list[Goal], state: PlannerState, context: PlanningContext) -> Goal:
         ranks = [self.rank(goal, context) for goal in goals]
