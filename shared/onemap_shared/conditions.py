@@ -2,13 +2,13 @@
 
 A relation holds if the probability of the anchor times the kernel of the joint belief is half or
 more for a cell of the thing. It is left to check where a cell may be the anchor, or where the
-relation does not hold and floor around the thing was not seen yet. Whether a thing is outside of a
-place that the map does not show is not known.
+relation does not hold and floor around the thing was not seen yet; on and under hold where both
+heights are known. Whether a thing is outside of a place that the map does not show is not known.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan
 from types import MappingProxyType
@@ -91,6 +91,7 @@ class Surroundings:
     found, by name. places: of the map; shown: the cells of each place that is named and shown;
     settled: of these, those that stay in it whatever is seen later, where there are some.
     likeness: of the colour that is asked for to that of each cell, NaN: not known; None: none is.
+    height_m: of the middle of what the map shows on cells (K, 2), NaN: not known.
     """
 
     grid: GridSpec
@@ -103,6 +104,7 @@ class Surroundings:
     settled: Mapping[str, Bool]
     things: Mapping[str, Sequence[Thing]] = field(default_factory=lambda: MappingProxyType({}))
     likeness: F32 | None = None
+    height_m: Callable[[I64], float] = lambda _cells: nan
 
 
 def check(
@@ -136,15 +138,31 @@ def _none_of(negatives: Sequence[str]) -> str:
     return f"not {' or '.join(map(a, negatives))}"
 
 
+@dataclass(frozen=True, slots=True)
+class _Anchor:
+    """What is an anchor, or may be one, by the probability of each of its cells; with the metres
+    from each to the thing that is checked, and how far the relation holds there, all (K,)."""
+
+    thing: Thing
+    probability: F64
+    away_m: F64
+    holds: F64
+
+    @property
+    def believed(self) -> F64:
+        """Probability (K,) that the relation holds."""
+        return self.probability * self.holds
+
+
 def _relation(relation: Relation, thing: Thing, around: Surroundings) -> CheckedCondition:
     kind = relation.kind
     what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
-    found = [_anchored(name, kind, thing, around) for name in relation.anchors]
+    anchors = [_anchors(name, kind, thing, around) for name in relation.anchors]
+    found = [_anchored(each) for each in anchors]
     believed, possible = (min(each[index] for each in found) for index in (0, 1))
     away_m = max(each[2] for each in found)
-    if believed >= LIKELY and not _at_height(relation, thing, around):
-        side = "lower" if kind is RelationKind.ON else "higher"
-        return CheckedCondition(what, Holds.NO, f"not {what}: it is {side} than the one there")
+    if believed >= LIKELY and kind in (RelationKind.ON, RelationKind.UNDER):
+        return _at_height(relation, thing, anchors[0], around)
     if believed >= LIKELY:
         words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
         return CheckedCondition(
@@ -161,31 +179,38 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
     return CheckedCondition(what, Holds.NO, f"not {what}{nearest}")
 
 
-def _anchored(
+def _anchors(
     name: str, kind: RelationKind, thing: Thing, around: Surroundings
-) -> tuple[float, float, float]:
+) -> tuple[_Anchor, ...]:
+    """What the map may show under a name, and what was detected or found, without what is behind
+    a wall."""
+    similarity = np.nan_to_num(around.anchors[name], nan=0.0).astype(np.float64)
+    blobs, count = ndimage.label(similarity >= MAYBE, np.ones((3, 3)))
+    shown = [np.argwhere(blobs == index) for index in range(1, count + 1)]
+    anchors = [(Thing(each), similarity[tuple(each.T)]) for each in shown]
+    anchors += [(each, np.ones(len(each.cells))) for each in around.things.get(name, ())]
+    tree = cKDTree(thing.cells)
+    found = []
+    for each, probability in anchors:
+        if len(each.cells) and not _walled_off(thing.cells, each.cells, around):
+            away_m = tree.query(each.cells)[0] * around.grid.cell_size_m
+            found.append(_Anchor(each, probability, away_m, kernel(kind, away_m)))
+    return tuple(found)
+
+
+def _anchored(anchors: Sequence[_Anchor]) -> tuple[float, float, float]:
     """Probability that the relation to an anchor holds, the same if all that may be one is, and
     metres to what speaks most for it, or without that to the nearest that is likely an anchor;
     infinity without any."""
-    similarity = np.nan_to_num(around.anchors[name], nan=0.0)
-    blobs, count = ndimage.label(similarity >= MAYBE, np.ones((3, 3)))
-    shown = [np.argwhere(blobs == index) for index in range(1, count + 1)]
-    shown = [each for each in shown if not _walled_off(thing.cells, each, around)]
-    similar = np.vstack([np.empty((0, 2), np.int64), *shown])
-    things = around.things.get(name, ())
-    known = [t.cells for t in things if not _walled_off(thing.cells, t.cells, around)]
-    known_cells = np.vstack([np.empty((0, 2), np.int64), *known])
-    cells = np.vstack([similar, known_cells])
-    if len(cells) == 0:
+    if not anchors:
         return 0.0, 0.0, inf
-    probability = np.concatenate([similarity[tuple(similar.T)], np.ones(len(known_cells))])
-    away, _ = cKDTree(thing.cells).query(cells)
-    away_m = away * around.grid.cell_size_m
-    holds = kernel(kind, away_m)
-    believed = probability * holds
+    believed = np.concatenate([each.believed for each in anchors])
+    probability = np.concatenate([each.probability for each in anchors])
+    away_m = np.concatenate([each.away_m for each in anchors])
+    possible = max(float(each.holds.max()) for each in anchors)
     most = float(believed.max())
     telling = believed >= min(most, LIKELY) if most >= MAYBE else probability >= LIKELY
-    return most, float(holds.max()), float(away_m[telling].min(initial=inf))
+    return most, possible, float(away_m[telling].min(initial=inf))
 
 
 def _walled_off(cells: I64, anchor: I64, around: Surroundings) -> bool:
@@ -203,21 +228,39 @@ def _walled_off(cells: I64, anchor: I64, around: Surroundings) -> bool:
     return any(around.occupancy[x, y] == Occupancy.OCCUPIED for x, y in steps if (x, y) not in own)
 
 
-def _at_height(relation: Relation, thing: Thing, around: Surroundings) -> bool:
-    """Whether it is as high as what lies on, or under, the anchor that is nearest.
+def _at_height(
+    relation: Relation, thing: Thing, anchors: Sequence[_Anchor], around: Surroundings
+) -> CheckedCondition:
+    """Whether it is as high as what lies on, or under, one of the anchors that it is at.
 
     The middle of what was seen of one is compared with that of the other, whose sides and legs are
-    seen too: what lies on it is higher. True where a height is not known.
+    seen too: what lies on it is higher. Where no anchor was detected or found, the map may tell the
+    height of what the thing does not cover of it.
     """
-    known = [each for each in around.things.get(relation.anchors[0], ()) if len(each.cells)]
-    if relation.kind not in (RelationKind.ON, RelationKind.UNDER) or not known:
-        return True
-    tree = cKDTree(thing.cells)
-    nearest = min(known, key=lambda anchor: float(tree.query(anchor.cells)[0].min()))
-    above_m = thing.height_m - nearest.height_m
-    if not isfinite(above_m):
-        return True
-    return above_m >= -SLACK_M if relation.kind is RelationKind.ON else above_m <= SLACK_M
+    kind, (name,) = relation.kind, relation.anchors
+    what = f"{kind.words} {a(name)}"
+    at = [each.thing for each in anchors if each.believed.max() >= LIKELY]
+    heights_m = [each.height_m for each in at if isfinite(each.height_m)]
+    if not heights_m:
+        heights_m = [around.height_m(_uncovered(each.cells, thing.cells)) for each in at]
+    above_m = [thing.height_m - each for each in heights_m if isfinite(each)]
+    if not above_m or not isfinite(thing.height_m):
+        whose = f"the height of {the(name)}" if isfinite(thing.height_m) else "its height"
+        return CheckedCondition(
+            what, Holds.NOT_CHECKED, f"perhaps not {what}: {whose} is not known"
+        )
+    on = kind is RelationKind.ON
+    if max(above_m) >= -SLACK_M if on else min(above_m) <= SLACK_M:
+        return CheckedCondition(what, Holds.YES, f"{kind.words} {the(name)}")
+    side = "lower" if on else "higher"
+    return CheckedCondition(what, Holds.NO, f"not {what}: it is {side} than the one there")
+
+
+def _uncovered(cells: I64, others: I64) -> I64:
+    """The cells (K, 2) that are none of the others."""
+    taken = set(map(tuple, others.tolist()))
+    left: I64 = np.array([each for each in cells.tolist() if tuple(each) not in taken], np.int64)
+    return left.reshape(-1, 2)
 
 
 def _unseen_m2(cells: I64, around: Surroundings, range_m: float) -> float:

@@ -253,13 +253,37 @@ def table_map() -> BeliefMap:
     return table_room.seen_map()
 
 
-def asked(table_map: BeliefMap, name: str) -> m.SimilarityReply:
-    """The best region of one of the things, which competes with all others."""
+def competing(name: str) -> TextQuery:
+    """The query for one of the things, which competes with all others."""
     index = NAMES.index(name)
     order = [index, *(k for k in range(len(NAMES)) if k != index)]
-    query = TextQuery(name, torch.from_numpy(FEATURES[order]), 10.0)
+    return TextQuery(name, torch.from_numpy(FEATURES[order]), 10.0)
+
+
+def asked(table_map: BeliefMap, name: str) -> m.SimilarityReply:
+    """The best region of one of the things, which competes with all others."""
     request = m.SimilarityRequest(name, max_regions=1)
-    return similarity_reply(MapScores(table_map).of([query]), request=request)
+    return similarity_reply(MapScores(table_map).of([competing(name)]), request=request)
+
+
+def related(
+    table_map: BeliefMap, name: str, kind: m.RelationKind
+) -> tuple[m.CheckedCondition, ...]:
+    """What is answered of the best region of a thing on or under a table."""
+    scored = MapScores(table_map).of([competing(name), competing("table")])
+    detail = m.Detail(relations=(m.Relation(kind, ("table",)),))
+    request = m.SimilarityRequest(name, max_regions=1, detail=detail)
+    return similarity_reply(scored, request=request).whereabouts[0].conditions
+
+
+def test_what_stands_under_a_table_is_not_on_it(table_map: BeliefMap) -> None:
+    """Nothing was detected: the map tells the height of both."""
+    (under,) = related(table_map, "basket", m.RelationKind.UNDER)
+    assert under.holds is m.Holds.YES
+    (on,) = related(table_map, "basket", m.RelationKind.ON)
+    assert on.evidence == "not on a table: it is lower than the one there"
+    (under,) = related(table_map, "cup", m.RelationKind.UNDER)
+    assert under.holds is not m.Holds.YES
 
 
 def assert_lies(name: str, band: np.ndarray) -> None:

@@ -127,6 +127,20 @@ def test_heights_tell_on_from_under(kind: m.RelationKind, z: float, holds: bool)
     assert checked(lamp, here, found=state.found_objects) == expected
 
 
+@pytest.mark.parametrize("kind", [ON, UNDER])
+def test_on_and_under_what_was_not_detected_is_not_checked(kind: m.RelationKind) -> None:
+    """The map shows the bed under it, without a height; another one was detected far away."""
+    here, lamp = seen_in_room(related(kind)), candidate(2.25, 2.25)
+    expected = (
+        (NOT_CHECKED, (), (f"perhaps not {kind} a bed: the height of the bed is not known",)),
+    )
+    far = replace(candidate(3.45, 3.45), xyz=(3.45, 3.45, 0.4))
+    for evidence in (Evidence(), Evidence(anchors={"bed": (far,)})):
+        assert (checked(lamp, here, evidence),) == expected
+    found = FoundObject("bed", frozenset({(22, 22)}))
+    assert (checked(lamp, here, found=[found]),) == expected
+
+
 def test_anchors_that_the_camera_saw_are_taken_in_and_named() -> None:
     here, state = seen_in_room(related(NEXT_TO)), planner_state()
     frame = detections_of({"bed": [(2.45, 2.45, 0.4), (2.55, 2.45, 0.4)]})

@@ -188,3 +188,14 @@ def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
     (passed,) = search.passed
     assert passed.reason.startswith("not next to a bed: the nearest is")
     assert passed.position_m == pytest.approx(result.position_m[:2], abs=0.3)
+
+
+def test_a_height_that_nothing_tells_ends_as_another_lamp() -> None:
+    """The detector never sees the bed that the lamp lies on."""
+    plan = one_room()
+    plan.put("lamp", 0.8, 2.2, 0.3)
+    on_bed = Detail(relations=(Relation(RelationKind.ON, ("bed",)),))
+    (result,) = start(in_plan(plan), "lamp", detail=on_bed).until_over(300.0).results
+    assert result.outcome is SearchState.FOUND_OTHER
+    why = "perhaps not on a bed: the height of the bed is not known"
+    assert result.reason == f"found a lamp, but {why}"

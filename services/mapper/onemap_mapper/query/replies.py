@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from onemap_mapper.query.regions import (
 from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
 from onemap_mapper.query.similarity import CellScores, TextQuery, against, guiding, ranks
 from onemap_mapper.query.verdicts import FloorCoverage, frontier_worths, judge
-from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, whereabouts
+from onemap_mapper.query.whereabouts import NOTHING_KNOWN, Knowledge, middle_m, whereabouts
 from onemap_shared.colours import likeness
 from onemap_shared.conditions import LIKELY, Surroundings, likeness_of, things_of
 from onemap_shared.geometry import F32, U8, Bool
@@ -191,6 +192,7 @@ def _surroundings(
         place_masks(detail, known.places, version.grid, settled=True),
         things_of(known.finds, detail.anchors, version.grid),
         version.likeness(detail.colour),
+        partial(middle_m, version),
     )
 
 

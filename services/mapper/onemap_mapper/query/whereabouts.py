@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import dist, isfinite
+from math import dist, isfinite, nan
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -65,6 +65,14 @@ class Landmark:
     thing: Thing
 
 
+def middle_m(version: MapVersion, cells: I64) -> float:
+    """Height of the middle of what lies on cells (K, 2), NaN: not known."""
+    if len(cells) == 0:
+        return nan
+    band = region_bands(version, [cells], np.broadcast_to(np.float32(1), version.grid.shape))[0]
+    return float(band.mean())
+
+
 def whereabouts(
     version: MapVersion,
     request: SimilarityRequest,
@@ -84,7 +92,7 @@ def whereabouts(
     found = [Landmark(each.name, thing_of(each, grid)) for each in known.finds]
     answers = []
     for cells in regions:
-        thing = Thing(cells, _middle_m(version, cells))
+        thing = Thing(cells, middle_m(version, cells))
         x_m, y_m = grid.centres(cells).mean(axis=0).tolist()
         place = place_of(known.places, grid, cells)
         near = [*found, *_shown(version, cells, landmarks)]
@@ -128,12 +136,6 @@ def where_found(
     return told
 
 
-def _middle_m(version: MapVersion, cells: I64) -> float:
-    """Height of the middle of what lies on these cells, NaN: not known."""
-    band = region_bands(version, [cells], np.broadcast_to(np.float32(1), version.grid.shape))[0]
-    return float(band.mean())
-
-
 def _shown(version: MapVersion, cells: I64, landmarks: Mapping[str, F32]) -> list[Landmark]:
     """What the map likely shows within reach of these cells."""
     reach = round(NEXT_TO_M / version.grid.cell_size_m)
@@ -144,7 +146,7 @@ def _shown(version: MapVersion, cells: I64, landmarks: Mapping[str, F32]) -> lis
     for name, similarity in landmarks.items():
         there = np.argwhere(np.nan_to_num(similarity[window], nan=0.0) >= LIKELY) + low
         if len(there) >= LEAST_CELLS:
-            shown.append(Landmark(name, Thing(there, _middle_m(version, there))))
+            shown.append(Landmark(name, Thing(there, middle_m(version, there))))
     return shown
 
 
