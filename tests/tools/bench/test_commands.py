@@ -61,9 +61,9 @@ def test_options_arrive_as_they_were_given(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(system, "run", run)
     monkeypatch.delattr(system, "lines")
-    code, text = bench("system", "--link", "30", "--loss", "1", "--clients", "4")
+    code, text = bench("system", "--robots", "4", "--rate", "5")
     assert (code, text.split()) == (0, ["sent_hz", "8.0"])
-    assert asked == [SystemBench(link=30.0, loss=1.0, clients=4)]
+    assert asked == [SystemBench(robots=4, rate=5.0)]
 
 
 @pytest.mark.parametrize(

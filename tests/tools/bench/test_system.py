@@ -11,7 +11,6 @@ from onemap_perception.config import MiniParams
 from onemap_perception.factory import make_encoder
 from onemap_shared import keys
 from onemap_shared.messages import FrameReceipt, TextRequest
-from onemap_tools.bench.link import emulation_problem
 from onemap_tools.bench.options import SystemBench
 from onemap_tools.bench.recorded_robot import RecordedRobot, Stream
 from onemap_tools.bench.system import ages_ms, lines, run
@@ -58,16 +57,13 @@ def test_a_recorded_robot_sends_fields_and_embeds_texts_for_their_map() -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_a_robot_is_followed_from_its_camera_to_its_commands_while_clients_ask() -> None:
-    """Over loopback where no link can be emulated."""
-    link = 0.0 if emulation_problem() else 30.0
-    options = SystemBench(rate=5.0, clients=2, link=link, seconds=3.0, size="160x120")
+def test_a_robot_is_followed_from_its_camera_to_its_commands() -> None:
+    options = SystemBench(rate=5.0, seconds=3.0, size="160x120")
     result = run(options, lambda _: None)
     assert result["fused_hz"] > 0
-    assert result["known"]["queries"] + result["new"]["queries"] > 0
     rows = {row["process"]: row for row in result["results"]}
     services = {"perception", "mapper", "planner", "gateway"}
-    assert rows.keys() == {"router", *services, "robots", "clients"}
+    assert rows.keys() == {"router", *services, "robots"}
     assert rows["mapper"]["taken_ms"]
     assert rows["perception"]["stage_ms"]
     assert rows["perception"]["computing_ms"] > 0

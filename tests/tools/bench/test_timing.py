@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from onemap_tools.bench import clients, fusion, query
+from onemap_tools.bench import fusion, query
 from onemap_tools.bench.options import FusionBench, QueryBench
-from tests.tools.fake_gateway import fake_gateway
 
 
 def untold(_line: str) -> None:
@@ -33,12 +32,3 @@ def test_all_times_of_a_query_are_measured(dtype: Any, value_bytes: int) -> None
     assert all(value > 0 for value in times)
     assert result["loaded_map_bytes"] > result["table_bytes"]
     assert result["table_bytes"] == 5000 * query.CHANNELS * value_bytes
-
-
-def test_every_query_of_every_client_is_counted() -> None:
-    with fake_gateway({("POST", "/v1/queries"): (200, {"text": "sofa", "regions": []})}) as url:
-        result = clients.ask_all(url, clients=3, seconds=1.5)
-    counted = [result["known"], result["new"]]
-    assert sum(each["queries"] for each in counted) >= 3
-    assert all(each["refused"] == 0 for each in counted)
-    assert all(each["p50_ms"] <= each["p99_ms"] for each in counted if each["queries"])

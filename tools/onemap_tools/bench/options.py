@@ -262,25 +262,17 @@ class SystemBench(Options):
     planner searches. Several share one map: they send recorded fields of mini beside
     their frames, so that nothing encodes images. Recorded robots turn on their places
     in a generated apartment and obey no command. --config says the encoder, and
-    bus.link of robots and perception. With --link, perception is behind a link of that
-    rate, delay and loss, in a network namespace of its own (Linux, as root).
+    bus.link of robots and perception.
 
     taken: age of a frame when a process took it, what it waited for and the way
     included; stage: from there until the next process has the result. user, kernel
     and wakes (voluntary context switches) count per fused frame; computing is what a
-    service reports of its own step. known, new: queries of the clients, for words that
-    were asked for before and for others; each asks again a second after its answer.
+    service reports of its own step.
     """
 
     module = "system"
     robots: Annotated[int, Option(min=1, max=16, help="With one map.")] = 1
     rate: Annotated[float, Option(min=0.1, max=60, help="Frames per second of each.")] = 15.0
-    clients: Annotated[int, Option(min=0, max=500, help="That query the gateway.")] = 0
-    link: Annotated[
-        float, Option(min=0, help="Mbit/s each way between perception and router; 0: loopback.")
-    ] = 0.0
-    delay: Annotated[float, Option(min=0, help="Of the link, milliseconds each way.")] = 0.0
-    loss: Annotated[float, Option(min=0, max=50, help="Of the link, percent of packets.")] = 0.0
     size: Annotated[str, Option(help="Of the camera's image.")] = "320x240"
     seconds: Annotated[float, Option(min=1, help="That count.")] = 10.0
     config: Config = None

@@ -7,11 +7,8 @@ its capture time.
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -43,8 +40,6 @@ from onemap_simulator.generation.style import TRAINING
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench import clients
-from onemap_tools.bench.link import EmulatedLink, LinkShape, emulated_link
 from onemap_tools.bench.machine import best_ms, parse_size
 from onemap_tools.bench.options import SystemBench
 from onemap_tools.bench.recorded_robot import (
@@ -73,7 +68,7 @@ QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
-    """A row for each process, and what frames and queries took; ValueError for a wrong option."""
+    """A row for each process, and what frames took; ValueError for a wrong option."""
     sections, size_px = read(options.config), parse_size(options.size)
     params = section(sections, "perception", PerceptionConfig)
     link = section(sections, "bus", BusConfig).link
@@ -86,11 +81,7 @@ def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
     names = tuple(f"bench/r{number}" for number in range(options.robots))
     stream = make_stream(encoder, scene, size_px, turns(scene, options.robots))
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        remote = None
-        if options.link:
-            shape = LinkShape(options.link * 1e6, options.delay * 1e-3, options.loss * 1e-2)
-            remote = stack.enter_context(emulated_link(shape))
-        system = System(Path(folder), names, any_free_port(), any_free_port(), remote)
+        system = System(Path(folder), names, any_free_port(), any_free_port())
         system.configure(sections.get("perception", {}), link)
         clean = {name: v for name, v in os.environ.items() if not name.startswith(PREFIX)}
         processes = stack.enter_context(Processes(system.specs(), system.folder, clean))
@@ -109,7 +100,7 @@ def run(options: SystemBench, tell: Callable[[str], None]) -> dict[str, Any]:
             tell("waits for the map")
             begin(robots, processes, system.gateway)
             tell(f"measures for {options.seconds:g} s")
-            result = measure(options, robots, {**processes.pids, "robots": os.getpid()}, system)
+            result = measure(options, robots, {**processes.pids, "robots": os.getpid()})
         finally:
             stop.set()
             for thread in threads:
@@ -130,25 +121,17 @@ def turns(scene: Scene, robots: int) -> list[F64]:
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """The processes and their configuration. names: of the robots, their namespaces; remote: the
-    link that perception is behind, if there is one."""
+    """The processes and their configuration. names: of the robots, their namespaces."""
 
     folder: Path
     names: tuple[str, ...]
     router_port: int
     gateway_port: int
-    remote: EmulatedLink | None
 
     @property
     def endpoint(self) -> str:
-        """Of the router, for all but what is behind the link."""
+        """Of the router."""
         return f"tcp/{LOOPBACK}:{self.router_port}"
-
-    @property
-    def far_endpoint(self) -> str:
-        """Of the router, for perception."""
-        host = self.remote.addresses[0] if self.remote else LOOPBACK
-        return f"tcp/{host}:{self.router_port}"
 
     @property
     def gateway(self) -> str:
@@ -176,20 +159,19 @@ class System:
             "planner": {"state_dir": str(self.folder)},
         }
         self.file.write_text(yaml.safe_dump(content), encoding="utf-8")
-        bus = {"connect": [self.far_endpoint], "namespace": own, "link": link.model_dump()}
+        bus = {"connect": [self.endpoint], "namespace": own, "link": link.model_dump()}
         far = yaml.safe_dump({"bus": bus, "perception": perception})
         (self.folder / PERCEPTION_FILE).write_text(far, encoding="utf-8")
 
     def specs(self) -> list[ProcessSpec]:
         """Router, mapper, gateway and, for one robot, perception and planner."""
-        listen = [w for end in {self.endpoint, self.far_endpoint} for w in ("--listen", end)]
         file, alone = str(self.file), len(self.names) == 1
-        commands = {"router": onemap_command("router", *listen)}
+        commands = {"router": onemap_command("router", "--listen", self.endpoint)}
         for name in ("mapper", "planner", "gateway") if alone else ("mapper", "gateway"):
             commands[name] = onemap_command(name, "--config", file)
         if alone:
-            own = onemap_command("perception", "--config", str(self.folder / PERCEPTION_FILE))
-            commands["perception"] = (*(self.remote.there if self.remote else ()), *own)
+            own = str(self.folder / PERCEPTION_FILE)
+            commands["perception"] = onemap_command("perception", "--config", own)
         return [ProcessSpec(n, command, last=n == "router") for n, command in commands.items()]
 
 
@@ -221,33 +203,15 @@ def begin(robots: Sequence[RecordedRobot], processes: Processes, gateway: str) -
         until(lambda: any(robots[0].ages[COMMAND]), "a command", processes)
 
 
-def asking(options: SystemBench, gateway: str) -> subprocess.Popen[str]:
-    """The clients, when they begin to ask."""
-    numbers = str(options.clients), str(options.seconds)
-    command = (sys.executable, "-m", clients.__name__, f"http://{gateway}", *numbers)
-    pipe = subprocess.PIPE
-    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
-    assert process.stdout is not None
-    process.stdout.readline()
-    return process
-
-
 def measure(
-    options: SystemBench, robots: Sequence[RecordedRobot], pids: dict[str, int], system: System
+    options: SystemBench, robots: Sequence[RecordedRobot], pids: Mapping[str, int]
 ) -> dict[str, Any]:
     """The result of a system in which all frames go their way; pids: of its processes."""
     time.sleep(WARM_UP_S)
     result: dict[str, Any] = {"benchmark": "system", "robots": len(robots)}
-    asked = asking(options, system.gateway) if options.clients else None
-    pids |= {"clients": asked.pid} if asked else {}
     begun_s, before = time.monotonic(), {name: usage(pid) for name, pid in pids.items()}
     time.sleep(options.seconds)
     ended_s, after = time.monotonic(), {name: usage(pid) for name, pid in pids.items()}
-    if asked is not None:
-        output, problems = asked.communicate(timeout=START_S)
-        if asked.returncode:
-            raise CliError(problems)
-        result |= json.loads(output.splitlines()[-1])
     window, seconds = (begun_s, ended_s), ended_s - begun_s
     sent = sum(begun_s <= at < ended_s for robot in robots for at in robot.sent)
     fused = [sum(begun_s <= at < ended_s for at in robot.fused) for robot in robots]
