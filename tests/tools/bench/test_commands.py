@@ -37,9 +37,7 @@ def test_every_benchmark_runs_with_its_defaults_and_prints_one_object_last(
     module = import_module(f"onemap_tools.bench.{options.module}")
     monkeypatch.setattr(module, "run", plain)
     monkeypatch.delattr(module, "lines", raising=False)
-    (tmp_path / "room.glb").touch()
     required: dict[str, list[object]] = {
-        "scene": [tmp_path / "room.glb"],
         "habitat": ["--episodes", "a", "--scenes", "b", "--out", tmp_path / "c"],
     }
     name = options.__name__.removesuffix("Bench").lower()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from typer import Argument, Option
+from typer import Option
 
 from onemap_tools.cli.options import Config, Json
 
@@ -93,51 +93,6 @@ class QueryBench(Options):
     device: Device = "cpu"
     threads: Threads = 1
     seed: Seed = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class SceneBench(Options):
-    """What an encoder sees in a scene of your own: right, wrong and missing answers.
-
-    A recording is mapped from all of its frames, or those that --every leaves. A scene
-    file is rendered with the simulator's camera, which stands at places spread over
-    the floor that a robot can reach and turns all around in eight steps; no robot
-    drives, and nothing is random.
-
-    The map is then asked for the name of every label. A place is found if the centre
-    of one of the answers lies in its circle (rank: of the first such). "here" and
-    "elsewhere" are the highest scores of a cell in the circle, and outside of all
-    circles of that name; "looks most like" is the other name, of mini's and of the
-    labels, with the highest score in the circle. Without --labels, the named objects
-    of a scene file are the labels.
-    """
-
-    module = "scene"
-    path: Annotated[
-        Path,
-        Argument(
-            exists=True,
-            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json or in "
-            "the layout of TUM RGB-D or ScanNet, an MCAP file of 'onemap record', or a bag of "
-            "ROS 2.",
-        ),
-    ]
-    labels: Annotated[
-        Path | None,
-        Option(
-            exists=True,
-            dir_okay=False,
-            help="YAML: a list of name, x, y, radius_m; an empty list asks for nothing.",
-        ),
-    ] = None
-    places: Annotated[int, Option(min=1, max=100, help="From which a scene file is looked at.")] = 8
-    every: Annotated[int, Option(min=1, help="Map every Nth frame of a recording only.")] = 1
-    out: Annotated[
-        Path | None,
-        Option(file_okay=False, help="Write scene.json, scene.png and a map for each name here."),
-    ] = None
-    config: Config = None
-    threads: Threads = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,7 +236,6 @@ class SystemBench(Options):
 BENCHMARKS: tuple[type[Options], ...] = (
     NavigationBench,
     FaultsBench,
-    SceneBench,
     FusionBench,
     QueryBench,
     SystemBench,

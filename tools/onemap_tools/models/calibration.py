@@ -8,7 +8,7 @@ it well enough, absent if the apartment has none; in between, the query does not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,26 +17,29 @@ import numpy as np
 import torch
 
 from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import SHIPPED, MiniParams, PerceptionConfig
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder, with_channels
-from onemap_perception.feature_field import VarianceParams
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import load
-from onemap_shared.geometry import F32
-from onemap_shared.messages import RgbdFrame
+from onemap_shared.geometry import F32, F64
+from onemap_shared.messages import RgbdFrame, SimilarityRequest
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING
 from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.rendered_image import RenderedImage
-from onemap_simulator.rendering.rgbd_camera import CameraParams
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.frames import answer, map_of, rendered_frames
 from onemap_tools.bench.machine import machine_facts
 
 SEEDS = tuple(range(800, 900))  # encoders are evaluated on 900 to 999, trained from 1000 on
@@ -64,6 +67,7 @@ RAW_GROUPS = (
 )  # asked for whatever the encoder answers as a class or refuses
 STYLES = (TRAINING, HELD_OUT)
 IMAGES = 40  # of each apartment
+FRAME_NS = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +154,29 @@ def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedS
     return MappedScene(scene, belief, frozenset(observed))
 
 
+def rendered_frames(
+    scene: Scene, camera: CameraParams, poses: Iterable[F64]
+) -> Iterator[tuple[RgbdFrame, RenderedImage]]:
+    """What the camera sees from poses T_map_camera (4, 4), and what the renderer says of it."""
+    renderer = Renderer(scene)
+    for index, pose in enumerate(poses):
+        view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)
+        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
+        stamp_ns = (index + 1) * FRAME_NS
+        yield RgbdFrame(index, stamp_ns, view.rgb, depth_mm, camera.intrinsics, pose), view
+
+
+def map_of(
+    frames: Iterable[RgbdFrame], encoder: Encoder, variance: VarianceParams, params: MapParams
+) -> BeliefMap:
+    """The map of all frames."""
+    belief = BeliefMap(params)
+    for frame in frames:
+        field = feature_field(frame, encoder.encode(frame.rgb), encoder, variance)
+        belief.fuse(compute_update(field, params))
+    return belief
+
+
 def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
     """Categories of which one object fills enough pixels within range."""
     near = view.labels[(view.labels >= 0) & (view.depth_m <= MAX_OBSERVED_RANGE_M)]
@@ -178,7 +205,8 @@ def query_map(
         present = word.category in mapped.observed
         if not present and word.category in categories:
             continue  # in the apartment, but not shown well enough
-        reply = answer(mapped.belief, query, max_regions=1)
+        request = SimilarityRequest(query.text, max_regions=1)
+        reply = similarity_reply(MapScores(mapped.belief).of([query]), request=request)
         near = present and distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield QueryOutcome(word, seed, present, reply.best_score, near)
 
