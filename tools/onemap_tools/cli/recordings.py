@@ -67,11 +67,7 @@ def _show(
 
 def _is_images(path: Path) -> bool:
     """Whether it is a folder of images and poses, and no bag."""
-    if not path.is_dir():
-        return False
-    with requires_extra("simulator", "A folder of images"):
-        from onemap_simulator.replay.layouts import is_recording
-    return is_recording(path)
+    return (path / "frames.json").exists()
 
 
 @app.command(rich_help_panel=RECORDINGS)
@@ -80,8 +76,7 @@ def replay(
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder with frames.json and PNG files or in the layout of TUM RGB-D or "
-            "ScanNet, an MCAP file of 'onemap record', or a ROS 2 bag (file or folder).",
+            help="A folder with frames.json and PNG files, an MCAP file of 'onemap record', or a ROS 2 bag (file or folder).",
         ),
     ] = None,
     config: Config = None,

@@ -13,8 +13,7 @@ class ReplayConfig(Params):
     """The recording to play, and its rate."""
 
     directory: Path = Field(
-        default=Path("recording"),
-        description="Folder with frames.json and PNG files, or in TUM's or ScanNet's layout.",
+        default=Path("recording"), description="Folder with frames.json and PNG files."
     )
     rate_hz: float = Field(
         default=2.0,

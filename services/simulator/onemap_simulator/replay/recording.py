@@ -55,8 +55,7 @@ class Recording:
     """A recording whose index is checked; images are read and checked one by one.
 
     ``size`` is (width, height); ``scale_mm`` turns stored depth into millimetres; ``digest``
-    identifies the index. ``skipped``: why each frame that cannot be used is left out.
-    ``resized``: whether colour images have another size and are brought to that of the depth.
+    identifies the index.
     """
 
     directory: Path
@@ -65,8 +64,6 @@ class Recording:
     scale_mm: float
     entries: tuple[Entry, ...]
     digest: str
-    skipped: tuple[str, ...] = ()
-    resized: bool = False
 
     @classmethod
     def open(cls, directory: Path) -> Recording:
@@ -103,20 +100,11 @@ class Recording:
     def __len__(self) -> int:
         return len(self.entries)
 
-    @property
-    def skipped_sentence(self) -> str:
-        """How many frames are left out, and why the first; empty if none is."""
-        if not self.skipped:
-            return ""
-        return f"{len(self.skipped)} frames are left out, the first because {self.skipped[0]}"
-
     def frame(self, index: int) -> RecordedFrame:
         """Read one frame, or raise RecordingError."""
         entry = self.entries[index]
         colour = read_image(entry.colour, cv2.IMREAD_COLOR)
         depth = read_image(entry.depth, cv2.IMREAD_UNCHANGED)
-        if self.resized:
-            colour = cv2.resize(colour, self.size, interpolation=cv2.INTER_AREA)
         if depth.dtype != np.uint16 or depth.ndim != 2:
             channels = 1 if depth.ndim == 2 else depth.shape[2]
             raise RecordingError(

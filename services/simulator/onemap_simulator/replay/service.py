@@ -16,7 +16,6 @@ from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.layouts import read_recording
 from onemap_simulator.replay.recording import Recording, RecordingError
 
 LOG = logging.getLogger("onemap.replay")
@@ -29,8 +28,6 @@ class ReplayWorker:
     def __init__(self, bus: Bus, recording: Recording, config: ReplayConfig) -> None:
         self._recording, self._clock = recording, bus.clock
         self._world = f"recording {recording.digest[:12]}"
-        if recording.skipped:
-            LOG.warning("%s", recording.skipped_sentence)
         self._period_s = 1.0 / config.rate_hz
         self._frames = bus.publish(ROBOT_RGBD)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
@@ -102,7 +99,6 @@ class ReplayWorker:
             problem=self._problem,
             metrics={
                 "frames_recorded": len(self._recording),
-                "frames_skipped": len(self._recording.skipped),
                 "frames_played": played,
                 "frames_unreadable": self._unreadable,
                 **({} if self._lost is None else {"frames_lost": self._lost}),
@@ -133,7 +129,7 @@ def check(config: ReplayConfig) -> None:
 def open_recording(config: ReplayConfig) -> Recording:
     """The recording; StartError if its index or its first frame cannot be read."""
     try:
-        recording = read_recording(config.directory)
+        recording = Recording.open(config.directory)
         recording.frame(0)  # fail at the start if no image can be read
     except RecordingError as problem:
         raise StartError(str(problem)) from problem
