@@ -190,7 +190,6 @@ def test_the_recording_of_replay_is_an_argument(
     started: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ONEMAP__REPLAY__DIRECTORY", "another")
-    (tmp_path / "frames.json").touch()  # else it could be a bag of ROS 2
     assert RUNNER.invoke(app, ["replay", str(tmp_path)]).exit_code == 7
     assert json.loads(os.environ["ONEMAP__REPLAY__DIRECTORY"]) == str(tmp_path)
     assert started == [("replay", None)]

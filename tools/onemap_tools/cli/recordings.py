@@ -65,18 +65,13 @@ def _show(
         print_json(document)
 
 
-def _is_images(path: Path) -> bool:
-    """Whether it is a folder of images and poses, and no bag."""
-    return (path / "frames.json").exists()
-
-
 @app.command(rich_help_panel=RECORDINGS)
 def replay(
     path: Annotated[
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder with frames.json and PNG files, an MCAP file of 'onemap record', or a ROS 2 bag (file or folder).",
+            help="A folder with frames.json and PNG files, or an MCAP file of 'onemap record'.",
         ),
     ] = None,
     config: Config = None,
@@ -94,15 +89,14 @@ def replay(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """A recording: a folder in place of a robot, or the map of a bag once more.
+    """A recording: a folder in place of a robot, or the map of a file once more.
 
     A folder is published like a robot until Ctrl-C. Of an MCAP file the map of all recorded
     features is computed, in this process alone, with the settings of --config. Exit code 2 if the
-    file cannot be read. Of a ROS 2 bag the images are encoded; the section ros2 of --config names
-    its topics and frames.
+    file cannot be read.
     """
-    if path is not None and not _is_images(path):
-        with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
+    if path is not None and not path.is_dir():
+        with requires_extra("record,mapper,perception", "The replay of a file"):
             from onemap_tools.recording import replay as command
 
         document = command.replay(command.ReplayOptions(path, config, reencode, out))

@@ -1,7 +1,7 @@
 """Recordings as MCAP files: a killed recorder leaves what it wrote, read as far as it goes.
 
 A message is stored as the length of its header (4 bytes, little-endian), header and body, as on the
-wire; the schema's name is that of the message. Bags of ROS 2 are read by ``ros2_frames``.
+wire; the schema's name is that of the message.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 M = TypeVar("M")
 
 PROFILE, ENCODING = "onemap", "onemap"
-ROS2_PROFILE = "ros2"
 MAGIC = b"\x89MCAP0\r\n"
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
@@ -185,6 +184,11 @@ class BagReader:
         channels: dict[int, str] = {}
         for record in self._records():
             match record:
+                case Header() if record.profile != PROFILE:
+                    raise BagError(
+                        f"{self.path} is no recording of 'onemap record': a bag of ROS 2 is "
+                        "played with 'ros2 bag play' beside 'onemap up'."
+                    )
                 case Channel():
                     channels[record.id] = record.topic
                 case Message():
@@ -197,11 +201,6 @@ class BagReader:
                     )
                 case _:
                     pass
-
-    def profile(self) -> str:
-        """What its writer says that it is, empty if it was cut off before; raises BagError."""
-        first = next(self._records(), None)
-        return first.profile if isinstance(first, Header) else ""
 
     def _records(self) -> Iterator[object]:
         try:
@@ -222,10 +221,3 @@ class BagReader:
             if file.read(1):
                 raise BagError(f"{self.path} is damaged: {problem}.") from problem
             self.cut_off = True
-
-
-def is_ros2(path: Path) -> bool:
-    """Whether it is a bag of ROS 2, as a folder and a file that is no MCAP must be."""
-    if path.is_dir() or path.suffix != ".mcap":
-        return True
-    return BagReader(path).profile() == ROS2_PROFILE

@@ -22,14 +22,8 @@ from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.config import read, section
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import FeatureField, RgbdFrame
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
-from onemap_tools.recording.bag_file import CUT_OFF, FIELDS, FRAMES, BagReader, is_ros2
-
-
-def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
-    """All recorded images with their poses; raises BagError."""
-    messages = BagReader(path).messages()
-    return (each.decode(RgbdFrame) for each in messages if each.topic == FRAMES.key)
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.recording.bag_file import CUT_OFF, FIELDS, FRAMES, BagReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,37 +58,30 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
     sections, path = read(options.config), options.path
     params = section(sections, "mapper", MapperConfig).map
     torch.set_num_threads(TORCH_THREADS)
-    made, bag, reader = MapAgain(BeliefMap(params)), None, BagReader(path)
-    if is_ros2(path):
-        with requires_extra("ros2", "A bag of ROS 2"):
-            from onemap_ros2.config import Ros2Config
-            from onemap_tools.recording.ros2_frames import Ros2Bag
-        bag = Ros2Bag(path, section(sections, "ros2", Ros2Config))
-        made.fuse(_encoded(bag.frames(), section(sections, "perception", PerceptionConfig)))
-    elif options.reencode:
+    made, reader = MapAgain(BeliefMap(params)), BagReader(path)
+    if options.reencode:
         frames = (each.decode(RgbdFrame) for each in reader.messages() if each.topic == FRAMES.key)
         made.fuse(_encoded(frames, section(sections, "perception", PerceptionConfig)))
     else:
         stored = (each for each in reader.messages() if each.topic == FIELDS.key)
         made.fuse(each.decode(FeatureField) for each in stored)
-    encoded = options.reencode or bag is not None
     if not made.belief.store.count:
-        raise CliError(f"{path} holds no {'images' if encoded else 'features'} to make a map of.")
+        what = "images" if options.reencode else "features"
+        raise CliError(f"{path} holds no {what} to make a map of.")
     if options.out is not None:
         try:
             map_file.write(take(made.belief), options.out)
         except OSError as problem:
             raise CliError(f"Cannot write {options.out}: {problem.strerror}.") from problem
-    rejected = [f"{made.rejected} frames do not fit the map."] if made.rejected else []
     return {
         "file": str(path),
         "cut_off": reader.cut_off,
-        "reencoded": encoded,
+        "reencoded": options.reencode,
         "encoder_id": made.belief.encoder_id,
         "frames_fused": made.belief.frames_fused,
         "cells": made.belief.store.count,
         "sha256": sha256_of(take(made.belief)),
-        "problems": [*rejected, *(bag.problems if bag is not None else ())],
+        "problems": [f"{made.rejected} frames do not fit the map."] if made.rejected else [],
         "out": None if options.out is None else str(options.out),
     }
 
