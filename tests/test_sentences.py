@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
-from tests.sentences import WORD, Said, sentences
+from tests.sentences import WORD, sentences
 from tests.structure import ROOT
 
 LONG = 10  # words from which a text that begins as a sentence is one, and no title
@@ -15,21 +16,22 @@ PRIVATE = re.compile(
 )
 
 
+all_said = cache(sentences)  # when asked: every worker imports this file
+
+
 def breaking(rule: re.Pattern[str]) -> list[str]:
-    return [str(said) for said in SAID if rule.search(said.text)]
-
-
-SAID: list[Said] = sentences()
+    return [str(said) for said in all_said() if rule.search(said.text)]
 
 
 def test_the_list_has_the_sentences_of_every_part() -> None:
-    assert len(SAID) > 1000
+    said_here = all_said()
+    assert len(said_here) > 1000
     parts = {said.file.split("/")[1] if said.file.startswith("services") else said.file[:5]
-             for said in SAID}  # fmt: skip
+             for said in said_here}  # fmt: skip
     assert parts >= {"planner", "gateway", "mapper", "perception", "simulator", "ros2"}
     assert parts >= {"clien", "tools", "share"}
-    assert any(said.file.endswith(".js") for said in SAID)
-    assert any(said.file.endswith(".html") for said in SAID)
+    assert any(said.file.endswith(".js") for said in said_here)
+    assert any(said.file.endswith(".html") for said in said_here)
 
 
 def test_no_word_is_private() -> None:
@@ -41,7 +43,7 @@ def test_spaces_and_signs_stand_where_they_belong() -> None:
 
 
 def test_a_long_text_that_begins_as_a_sentence_ends_as_one() -> None:
-    long = [s for s in SAID if s.text[:1].isupper() and len(WORD.findall(s.text)) >= LONG]
+    long = [s for s in all_said() if s.text[:1].isupper() and len(WORD.findall(s.text)) >= LONG]
     assert [str(said) for said in long if not re.search(r"[.?!:…})'\"]$", said.text)] == []
 
 
