@@ -12,7 +12,6 @@ from onemap_tools.bench.faults.run import run_plan
 from tests.tools.bench.faults.planted import DEFECTS
 
 APARTMENT = 1
-TODAY = date.today().toordinal()
 
 
 def plan_of(*incidents: Incident) -> FaultPlan:
@@ -39,7 +38,6 @@ def test_a_plan_that_fails_is_made_as_small_as_it_can_be() -> None:
 ZONE = Incident("zone", 8.0)
 TORN = Incident("disk torn", 10.0, "places.bin", 0.1, 0.5)
 APART = (Incident("kill", 4.9, "planner", 6.8), Incident("router", 5.4, "", 7.2))
-POWER = Incident("power", 10.0, "mapper", 1.0)
 # Which plan finds each; the seeds that found the others are in docs/reliability.md.
 PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("endless command", (Incident("kill", 8.0, "planner", 4.0),)),
@@ -48,8 +46,6 @@ PLANS: list[tuple[str, tuple[Incident, ...]]] = [
     ("a step fails", ()),
     ("zones are not followed", (ZONE,)),
     ("unreadable is empty", (ZONE, TORN)),
-    # Without places no search goes on: it is cancelled, so that the run ends.
-    ("nothing is synced", (ZONE, POWER, Incident("cancel", 14.0))),
     ("said once", APART),
     ("cancelled later", (Incident("cancel", 8.0),)),
 ]
@@ -83,7 +79,7 @@ def test_what_was_found_is_mended(plan: FaultPlan) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 2 * TODAY, 2 * TODAY + 1])
+@pytest.mark.parametrize("seed", [1, date.today().toordinal()])
 def test_the_rules_hold(seed: int) -> None:
-    """Those of the day are others tomorrow: a failure names its seed."""
+    """That of the day is another one tomorrow: a failure names its seed."""
     assert run_plan(drawn(seed)).broken == ()
