@@ -80,14 +80,13 @@ def searched(folder: Path, seconds: float = 2.0, **changes: Any) -> tuple[int, A
         return search.world.trace, ages
 
 
-def test_without_latencies_what_a_frame_leads_to_comes_at_once(tmp_path: Path) -> None:
+def test_without_latencies_what_a_frame_leads_to_comes_at_once_and_commands_each_period(
+    tmp_path: Path,
+) -> None:
+    """Commands also after a new plan."""
     _, ages = searched(tmp_path / "search")
     for topic in STREAMS:
         assert max(ages[topic.key]) < 1.0, topic.key
-
-
-def test_commands_come_each_period_also_after_a_new_plan(tmp_path: Path) -> None:
-    _, ages = searched(tmp_path / "search")
     times = ages[keys.ROBOT_CMD_VEL.key]
     assert len(times) > 40
     assert max(np.diff(times)) < 51.0
