@@ -2,6 +2,7 @@
 
 import numpy as np
 from hypothesis import given
+from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world.distances import distances_m, distances_to_edge_m
@@ -9,9 +10,10 @@ from onemap_shared.geometry import Bool
 from tests.reference.planning import clearances
 
 
-@given(arrays(np.bool_, (9, 11)))
-def test_distances_are_those_to_the_nearest_cell(mask: Bool) -> None:
-    np.testing.assert_allclose(distances_to_edge_m(mask, 0.1), clearances(mask, 0.1))
+@given(arrays(np.bool_, (9, 11)), st.sampled_from([0.05, 0.1]))
+def test_distances_are_those_of_the_slow_twin(mask: Bool, cell_size_m: float) -> None:
+    found_m = distances_to_edge_m(mask, cell_size_m)
+    np.testing.assert_array_equal(found_m, clearances(mask, cell_size_m))
 
 
 @given(arrays(np.bool_, (9, 11)))
