@@ -17,7 +17,6 @@ from onemap_planner.search import decision_log
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.clock import SystemClock
-from onemap_shared.geometry import pose_2d
 from onemap_shared.keys import Procedure
 from onemap_shared.messages import (
     SearchId,
@@ -28,7 +27,6 @@ from onemap_shared.messages import (
     ViewChangesRequest,
 )
 from onemap_shared.transport import RemoteError
-from onemap_shared.wire import Packet
 from tests.planner.one_room import visited
 from tests.planner.simulated_services import SimulatedServices, moves
 
@@ -136,26 +134,6 @@ def test_alone_a_cancel_of_another_search_stops_nothing(services: SimulatedServi
     assert services.get().active
 
 
-@pytest.mark.parametrize("odometry_tells", [True, False])
-def test_a_robot_that_was_moved_says_so_stops_and_goes_on(
-    services: SimulatedServices, odometry_tells: bool
-) -> None:
-    """Its pose jumps aside, or what the camera sees stands beside the map."""
-    services.start("sofa")
-    services.until(lambda: any(map(moves, services.sent_commands())))
-    said = "its position jumped by 0.6 m" if odometry_tells else "stands 0.4 m beside where the map"
-    if odometry_tells:
-        services.pose = pose_2d(2.0, 2.6, 0.0)
-    else:
-        services.offset_m = 0.4
-    services.until(lambda: said in services.get().reason)
-    services.offset_m = 0.0
-    services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
-    assert said in services.get().reason
-    services.until(lambda: any(map(moves, services.sent_commands())))
-    services.until(lambda: "standing still" not in services.get().reason)
-
-
 @pytest.mark.parametrize("role", ["robot", "mapper"])
 def test_it_stops_while_two_of_a_role_send(services: SimulatedServices, role: str) -> None:
     services.start("sofa")
@@ -245,27 +223,6 @@ def test_a_map_that_answers_what_cannot_be_read_is_waited_for(
     services.until(lambda: "waiting for the map: its answer on" in services.get().reason)
     services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
     broken.close()
-    services.until(lambda: any(map(moves, services.sent_commands())))
-
-
-@pytest.mark.parametrize(
-    ("topic", "metric"),
-    [
-        (keys.ROBOT_ODOMETRY, "odometry_refused"),
-        (keys.MAP_REVISION, "revision_refused"),
-        (keys.DETECTIONS, "detections_refused"),
-    ],
-)
-def test_garbage_on_its_topics_is_counted_and_passed_over(
-    services: SimulatedServices, topic: keys.Topic, metric: str
-) -> None:
-    services.start("sofa")
-    services.router.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
-    services.until(
-        lambda: (services.planner.health().metrics or {})[metric] == 1.0,
-        odometry=False,
-        revision=False,
-    )
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 
