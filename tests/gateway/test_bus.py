@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Iterator
 
@@ -17,7 +16,6 @@ from onemap_shared import keys
 from onemap_shared.clock import SystemClock
 from onemap_shared.messages import MapClear, SearchId, SearchStatus
 from onemap_shared.transport import QueryTimeout
-from onemap_shared.wire import Packet, encode
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, search, state_reached
 from tests.memory_bus import MemoryRouter
@@ -32,21 +30,6 @@ def test_old_detections_and_paths_are_not_shown() -> None:
     assert state.path_now(6.0) is None
     assert live_state.LiveState().detections_now(0.0) is None
     assert live_state.LiveState().path_now(0.0) is None
-
-
-def test_a_broken_message_is_logged_and_passed_over(
-    router: MemoryRouter, caplog: pytest.LogCaptureFixture
-) -> None:
-    cache = StateCache(router.bus("gateway"))
-    good = encode(fakes.odometry(1, 2))
-    with caplog.at_level(logging.WARNING, "onemap.gateway"):
-        router.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
-        assert state_reached(cache, lambda _state: cache.counters()["odometry"].refused == 1)
-        router.inject(keys.ROBOT_ODOMETRY.key, good)
-        assert state_reached(cache, lambda state: state.odometry is not None)
-    cache.close()
-    assert cache.counters()["odometry"].refused == 1
-    assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
 def test_a_service_hangs_if_it_was_silent_before_its_token_went() -> None:
