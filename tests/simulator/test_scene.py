@@ -74,13 +74,6 @@ def test_corrections_rename_and_place(tmp_path: Path) -> None:
     assert scene.start == (-1.0, 0.5, 1.57)
 
 
-def test_a_correction_of_a_node_that_does_not_exist_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
-    (tmp_path / "room.yaml").write_text("categories: {divan: sofa}\n")
-    with pytest.raises(ValueError, match="no node is called 'divan'"):
-        loading.load_scene(tmp_path / "room.glb")
-
-
 def test_a_scene_without_free_floor_asks_for_a_start(tmp_path: Path) -> None:
     trimesh.creation.box((0.4, 0.4, 1.0)).export(tmp_path / "post.ply")
     with pytest.raises(ValueError, match="no free floor"):

@@ -363,23 +363,6 @@ def test_ctrl_c_ends_what_waits_for_an_answer(console: Console) -> None:
     assert asked == ["POST", "GET", "DELETE"]
 
 
-def test_ctrl_c_cancels_and_is_told_from_a_search_without_success(console: Console) -> None:
-    asked: list[str] = []
-
-    def handle(request: httpx.Request) -> httpx.Response:
-        asked.append(request.method)
-        if request.method == "GET" and "DELETE" not in asked:
-            os.kill(os.getpid(), signal.SIGINT)  # handled before the next wait
-        state = "cancelled" if "DELETE" in asked else "exploring"
-        return httpx.Response(200, json=report(state))
-
-    client = Client(transport=httpx.MockTransport(handle))
-    assert follow(client, partial(client.search, "sofa"), console)[1] == 130
-    assert "DELETE" in asked
-    failed = Gateway(report("not_found")).client
-    assert follow(failed, partial(failed.search, "sofa"), console)[1] == 1
-
-
 @pytest.mark.parametrize("arrives", [True, False])
 def test_ctrl_c_asks_again_until_the_stop_is_confirmed(
     console: Console, monkeypatch: pytest.MonkeyPatch, arrives: bool

@@ -16,7 +16,6 @@ from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.messages import Truth
 from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 from onemap_tools.demo.summary import (
-    LEGEND,
     DemoSummary,
     ObjectSummary,
     RobotSummary,
@@ -201,11 +200,3 @@ def test_a_claim_is_judged_by_the_truth_of_its_category(
     description = evaluate_result(result, "something to sit on", truth)
     assert (description.judged, description.nearest) == (False, item.nearest)
     assert f"nearest to the claimed place: {item.nearest}" in flat(printed(summary(description)))
-
-
-def test_the_legend_breaks_between_what_it_explains() -> None:
-    console = Console(file=io.StringIO(), width=80)
-    console.print(LEGEND)
-    assert isinstance(console.file, io.StringIO)
-    titles = [line.split(":")[0] for line in console.file.getvalue().splitlines()]
-    assert titles == ["shortest", "off by", "SPL -"]

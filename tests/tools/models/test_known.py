@@ -68,11 +68,6 @@ def downloaded() -> Path:
     return known.download(model, model_store.look_up(model.repo, model.files))
 
 
-def test_what_is_needed_is_downloaded_and_checked(hub: LocalHub) -> None:
-    downloaded()
-    assert listed()[REPO]["bytes_here"] == 702
-
-
 def test_a_damaged_download_is_removed(hub: LocalHub) -> None:
     small = hub.models[REPO]["config.json"]
     small.announced = "a" * 40

@@ -5,13 +5,11 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from onemap_tools.errors import CliError
 from onemap_tools.processes import network
-from onemap_tools.processes.services import run
 
 
 @pytest.mark.parametrize(
@@ -51,16 +49,3 @@ def test_the_second_signal_abandons_and_exits() -> None:
     )
     assert result.returncode == 128 + signal.SIGTERM
     assert result.stdout == "abandoned\n"
-
-
-def test_a_service_runs_with_its_arguments_or_names_what_is_not_installed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def run_module(module: str, **options: object) -> None:
-        assert (module, *sys.argv) == ("onemap_mapper", "onemap mapper", "--config", "x.yaml")
-        raise ModuleNotFoundError("No module named 'torch'", name="torch")
-
-    monkeypatch.setattr("runpy.run_module", run_module)
-    monkeypatch.setattr("sys.argv", ["onemap"])
-    with pytest.raises(CliError, match="The mapper needs the package 'torch': pip install"):
-        run("mapper", Path("x.yaml"))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import CliError
 from onemap_tools.processes import up as module
 from onemap_tools.processes.launch import Processes, ProcessSpec
 from onemap_tools.processes.network import accepts_connections, any_free_port
@@ -43,17 +43,6 @@ def test_the_robot_is_the_one_that_the_file_describes() -> None:
     assert chosen("log") == CORE  # a real robot
     assert chosen("replay") == ("replay", *CORE)
     assert chosen("simulator") == ("simulator", *CORE)
-
-
-def test_two_robots_are_refused() -> None:
-    with pytest.raises(CliError, match="both robots") as error:
-        choose(
-            ("simulator", "replay"),
-            {"simulator": {}, "replay": {}},
-            has_file=True,
-            router_here=True,
-        )
-    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def until_reported(processes: Processes) -> str:
