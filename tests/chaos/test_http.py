@@ -20,8 +20,7 @@ import pytest
 
 from tests.chaos.report import Attack
 from tests.chaos.test_wire import mutated
-from tests.end_to_end.system import System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import System, absent_object
 
 pytestmark = pytest.mark.timeout(600)
 

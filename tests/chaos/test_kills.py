@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from onemap_mapper.storage.checkpoints import newest
-from tests.end_to_end.system import PATIENCE_S, START_S, System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import PATIENCE_S, START_S, System, absent_object
 
 pytestmark = pytest.mark.timeout(900)
 

@@ -15,8 +15,7 @@ import pytest
 
 from onemap_shared.messages import Odometry
 from onemap_tools.processes.launch import onemap_command
-from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System, absent_object
 
 pytestmark = pytest.mark.timeout(1200)
 

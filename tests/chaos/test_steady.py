@@ -16,8 +16,7 @@ import psutil
 
 from onemap_shared import keys
 from tests.chaos.report import BROKEN, HELD, Attack, ChaosResult
-from tests.end_to_end.system import START_S, System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import START_S, System, absent_object
 
 WARM_UP_S, SAMPLE_S = 45.0, 2.0
 EXPLORED_S = 240.0  # at most, until the map no longer grows

@@ -11,8 +11,7 @@ import pytest
 
 from onemap_shared.messages import Odometry
 from tests.chaos.report import Attack
-from tests.end_to_end.system import MOVING_MPS, START_S, System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import MOVING_MPS, START_S, System, absent_object
 
 pytestmark = pytest.mark.timeout(900)
 

@@ -39,6 +39,7 @@ PATIENCE_S = 90.0  # for what takes a second on an idle machine
 HTTP_S = 60.0  # the gateway answers within 2.5 s; less would be a measure of the machine
 STANDSTILL = 10  # odometry messages in a row: half a second
 MOVING_MPS = 0.02  # and rad/s; below the robot stands still
+RARE = ("guitar", "bicycle", "suitcase", "teddy bear", "washing machine", "piano")
 
 
 class BusMonitor:
@@ -277,3 +278,10 @@ class System:
         return (
             answer is not None and answer.status_code == 503 and answer.json()["service"] == service
         )
+
+
+def absent_object(system: System) -> str:
+    """An object that the scene does not have: a search for it goes on for long."""
+    request = m.TruthRequest(RARE[0], 0.0, 0.0)
+    categories = system.monitor.bus.call(keys.ROBOT_TRUTH, request, PATIENCE_S).categories
+    return next(name for name in RARE if name not in categories)

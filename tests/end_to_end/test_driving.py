@@ -1,8 +1,10 @@
-"""What must stop or divert a driving robot, as real processes: a slow connection, a new zone."""
+"""What must stop or divert a driving robot, as real processes: a mapper that hangs, a slow
+connection, a new zone."""
 
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,15 +18,16 @@ from onemap_simulator.config import SimulatorConfig
 from onemap_tools.processes.services import CORE
 from tests.end_to_end.conftest import SIMULATOR
 from tests.end_to_end.delaying_proxy import DelayingProxy
-from tests.end_to_end.system import START_S, System
-from tests.end_to_end.test_faults import absent_object
+from tests.end_to_end.system import START_S, System, absent_object
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 AHEAD_M, HALF_M = 1.5, 0.25  # to the middle of the zone along the way, and half its side
 LEAST_M = 0.9  # from the robot to the zone: room to stop when it hears of it
 AFTERWARDS_M = 1.5  # that the robot still drives
 COMMANDS = 60  # three seconds
 DELAY_S = 0.6  # each way; longer ones are tried in simulated time
+PLACE_M = [5.4, 4.0]  # in the hallway of the apartment of seed 1, 3.5 m from the start
+DRIVE_S = 120.0  # on shared cores, with waits for the map
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +43,64 @@ def slow(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[System, Del
         yield system, proxy
         system.processes["simulator"].terminate()
         proxy.close()
+
+
+def views(system: System, kind: str) -> float:
+    beat = system.monitor.beats.get("planner")
+    return 0.0 if beat is None else beat.metrics[f"views_{kind}"]
+
+
+def test_a_drive_stops_while_the_mapper_hangs_and_arrives_after_it(
+    slow: tuple[System, DelayingProxy],
+) -> None:
+    system, _ = slow
+    started = system.http.post("/v1/searches", json={"go_to_m": PLACE_M})
+    assert started.status_code == 201
+    address = started.headers["Location"]
+    system.until(lambda: system.monitor.moves, "the robot moves", DRIVE_S)
+    system.until(lambda: views(system, "changed") > 0, "views are asked for as what changed")
+    whole = views(system, "whole")
+    seen = system.monitor.beats["perception"].progress
+    system.suspend("mapper")
+    system.until(lambda: system.monitor.stands, "the robot stops without a map")
+    before = system.monitor.revision
+    assert before is not None
+    report = system.http.get(address).json()
+    assert (report["kind"], report["active"]) == ("go_to", True)
+    assert report["reason"].startswith("waiting for ")
+    system.until(lambda: system.lacks("mapper"), "/readyz names the mapper")
+    assert revision_age_s(system) > 1.0
+    system.until(lambda: system.monitor.beats["perception"].progress > seen + 20, "frames go on")
+    resumed_ns = time.time_ns()
+    system.resume("mapper")
+    system.until(lambda: shows_what_was_after(system, resumed_ns), "the map is fresh again")
+    after = system.monitor.revision
+    assert after is not None
+    fused, passed = after.frames_fused - before.frames_fused, after.sequence - before.sequence
+    assert fused < passed / 2  # the frames of the pause were skipped
+    system.until(lambda: not system.http.get(address).json()["active"], "it arrives", DRIVE_S)
+    report = system.http.get(address).json()
+    assert (report["state"], report["place_m"]) == ("arrived", PLACE_M), report["reason"]
+    (result,) = report["results"]
+    x_m, y_m = result["end_xy_m"]
+    assert abs(x_m - PLACE_M[0]) + abs(y_m - PLACE_M[1]) < 0.4
+    assert (result["name"], result["outcome"]) == ("", "arrived")
+    # Replies that the hanging mapper did not send cost no whole view.
+    assert views(system, "whole") == whole > 0
+    assert views(system, "changed") > 20
+
+
+def revision_age_s(system: System) -> float:
+    """The age of the newest map revision in /v1/status."""
+    streams = system.http.get("/v1/status").json()["streams"]
+    age_s: float = next(stream["age_s"] for stream in streams if stream["name"] == "revision")
+    return age_s
+
+
+def shows_what_was_after(system: System, stamp_ns: int) -> bool:
+    """Whether the map holds a frame of after ``stamp_ns``."""
+    newest = system.monitor.revision
+    return newest is not None and newest.stamp_ns > stamp_ns
 
 
 def collisions(system: System) -> float:
