@@ -187,6 +187,25 @@ def test_only_what_is_published_is_dropped_by_a_full_link(net: Net) -> None:
     assert 1 <= len(net.heard) - 1 < 20
 
 
+def test_what_waits_leaves_as_fast_as_the_link_is_by_then(net: Net) -> None:
+    inbox = net.planner.subscribe(keys.ROBOT_ODOMETRY, capacity=99)
+    publisher = net.robot.publish(keys.ROBOT_ODOMETRY)
+
+    def work() -> None:
+        net.robot.change_link(bytes_per_s=1.0)
+        for number in range(5):
+            publisher.put(odometry(number))
+        net.planner.clock.sleep(1.0)
+        assert inbox.take(0.0) is None
+        net.robot.change_link(bytes_per_s=1e9)
+        net.planner.clock.sleep(0.1)
+        while (message := inbox.take(0.0)) is not None:
+            net.heard.append(message.sequence)
+
+    net.run(work)
+    assert net.heard == [0, 1, 2, 3, 4]
+
+
 def test_a_suspended_computer_counts_its_pause(net: Net) -> None:
     clock = net.robot.clock
 

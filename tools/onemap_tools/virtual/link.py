@@ -39,8 +39,11 @@ class Lane:
     free_ns: int = 0  # when what was sent before has left
     last_ns: int = 0  # when the newest arrives
     leaving: deque[tuple[int, int]] = field(default_factory=deque)  # when, and how many bytes
+    coming: deque[tuple[int, Callable[[], object]]] = field(
+        default_factory=deque
+    )  # bytes, what then
     held: deque[Callable[[], object]] = field(default_factory=deque)  # by a cut link
-    number: int = 0  # of the connection
+    number: int = 0  # of the connection, and of the link's states
 
     def send(
         self, world: VirtualWorld, nbytes: int, arrive: Callable[[], object], *, drops: bool = False
@@ -61,14 +64,24 @@ class Lane:
         left_ns = max(self.last_ns - flight_ns, self.free_ns)  # the kernel may forget it
         if left_ns > world.now_ns:
             self.leaving.append((left_ns, nbytes))
-        came = partial(self._arrive, arrive, self.number)
-        world.at((self.last_ns - world.now_ns) * 1e-9, came)
+        self.coming.append((nbytes, arrive))
+        world.at((self.last_ns - world.now_ns) * 1e-9, partial(self._arrive, self.number))
 
-    def _arrive(self, arrive: Callable[[], object], number: int) -> None:
-        if number == self.number and (self.link.cut or self.held):
+    def _arrive(self, number: int) -> None:
+        if number != self.number:
+            return
+        _, arrive = self.coming.popleft()
+        if self.link.cut or self.held:
             self.held.append(arrive)
-        elif number == self.number:
+        else:
             arrive()
+
+    def send_on(self, world: VirtualWorld) -> None:
+        """Send what is on its way over the link as it is now."""
+        coming = tuple(self.coming)
+        self._forget()
+        for nbytes, arrive in coming:
+            self.send(world, nbytes, arrive)
 
     def release(self) -> None:
         """Let arrive what a cut has held."""
@@ -77,7 +90,11 @@ class Lane:
 
     def break_off(self) -> None:
         """The connection is gone, and what was on its way with it."""
-        self.number += 1
+        self._forget()
         self.held.clear()
+
+    def _forget(self) -> None:
+        self.number += 1
+        self.coming.clear()
         self.leaving.clear()
         self.free_ns = self.last_ns = 0

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import partial
+from itertools import product
 from typing import Any, Generic, TypeVar
 
 from onemap_shared.clock import Event
@@ -257,6 +258,13 @@ class VirtualBus:
             return
         for lane in self._lanes.values():
             lane.release()
+
+    def change_link(self, **values: float) -> None:
+        """Change both links; what waits leaves as fast as they are now."""
+        for link, (name, value) in product((self.up, self.down), values.items()):
+            setattr(link, name, value)
+        for lane in self._lanes.values():
+            lane.send_on(self.router.world)
 
     def _lease_ends(self, epoch: int) -> None:
         if epoch == self._epoch and self._connected:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from itertools import product
 from pathlib import Path
 
 from onemap_simulator.config import SimulatorConfig
@@ -208,9 +207,9 @@ class _Run:
         if incident.kind in waits:
             changed["queue_bytes"] = waits[incident.kind]
         for bus in router.sessions_of(process):
-            for link, (name, value) in product((bus.up, bus.down), changed.items()):
-                self.world.at(incident.lasts_s, partial(setattr, link, name, getattr(link, name)))
-                setattr(link, name, value)
+            before = {name: getattr(bus.up, name) for name in changed}
+            bus.change_link(**changed)
+            self.world.at(incident.lasts_s, partial(bus.change_link, **before))
 
     def _kill(self, name: str) -> None:
         self._left[name] += 1
