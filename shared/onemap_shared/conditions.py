@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, area_mask, onto
-from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
+from onemap_shared.joint_belief import FADE_M, REACH_M, kernel, place_masks
 from onemap_shared.messages import (
     NO_ROOM,
     CheckedCondition,
@@ -28,6 +28,7 @@ from onemap_shared.messages import (
     KeptObject,
     MapPlaces,
     Occupancy,
+    Place,
     Relation,
     RelationKind,
 )
@@ -282,36 +283,47 @@ def _unseen_m2(cells: I64, around: Surroundings, range_m: float) -> float:
 
 def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[CheckedCondition]:
     held = place_of(around.places, around.grid, cells)
-    # What the map suggests may be half of a room that has two uses: it tells where a thing is, not
-    # where it is not.
-    elsewhere = held is not None and not held.corners_m and not held.suggested
     here = held.name if held is not None else ""
     if detail.inside:
         what = f"in {' or '.join(map(the, detail.inside))}"
-        shown = [around.shown[name] for name in detail.inside if name in around.shown]
-        settled = [around.settled[name] for name in detail.inside if name in around.settled]
-        place = f": it is in {the(here)}" if here else ""
-        if any(_is_in(cells, mask, around) for mask in settled):
+        found = {_in_place(cells, name, held, around) for name in detail.inside}
+        if Holds.YES in found:
             yield CheckedCondition(what, Holds.YES, what)
-        elif any(_is_in(cells, mask, around) for mask in shown):
-            yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SETTLED}")
-        elif elsewhere or len(shown) == len(detail.inside):
+        elif found == {Holds.NO}:
+            place = f": it is in {the(here)}" if here else ""
             yield CheckedCondition(what, Holds.NO, f"not {what}{place}")
         else:
-            yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {NOT_SHOWN}")
+            why = NOT_SETTLED if Holds.NOT_CHECKED in found else NOT_SHOWN
+            yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     for name in detail.outside:
-        what = f"not in {the(name)}"
-        if name in around.settled and _is_in(cells, around.settled[name], around):
+        what, perhaps = f"not in {the(name)}", f"perhaps in {the(name)}"
+        within = _in_place(cells, name, held, around)
+        if within is Holds.YES:
             yield CheckedCondition(what, Holds.NO, f"in {the(name)}")
-        elif name in around.shown and _may_be_in(cells, name, around):
-            perhaps = f"perhaps in {the(name)}: {NOT_SETTLED}"
-            yield CheckedCondition(what, Holds.NOT_CHECKED, perhaps)
-        elif name in around.shown:
-            yield CheckedCondition(what, Holds.YES, what)
-        elif elsewhere and not same_name(here, name):
-            yield CheckedCondition(what, Holds.YES, f"in {the(here)}, {what}")
+        elif within is Holds.NO:
+            place = "" if name in around.shown else f"in {the(here)}, "
+            yield CheckedCondition(what, Holds.YES, f"{place}{what}")
         else:
-            yield CheckedCondition(what, Holds.NOT_KNOWN, f"perhaps in {the(name)}: {NOT_SHOWN}")
+            why = NOT_SETTLED if within is Holds.NOT_CHECKED else NOT_SHOWN
+            yield CheckedCondition(what, within, f"{perhaps}: {why}")
+
+
+def _in_place(cells: I64, name: str, held: Place | None, around: Surroundings) -> Holds:
+    """Whether the cells (K, 2) of a thing are in a place; held: as of ``place_of``.
+
+    Not checked where unseen walls will tell; not known where the map does not show the place, and
+    the thing is in none that a person named. What the map suggests may be half of a room that has
+    two uses: it tells where a thing is, not where it is not.
+    """
+    if name in around.settled and _is_in(cells, around.settled[name], around):
+        return Holds.YES
+    if name in around.shown:
+        return Holds.NOT_CHECKED if _may_be_in(cells, name, around) else Holds.NO
+    if held is None or held.corners_m or held.suggested or same_name(held.name, name):
+        return Holds.NOT_KNOWN
+    inside = Detail(inside=(held.name,))
+    own = place_masks(inside, around.places, around.grid, settled=True).get(held.name)
+    return Holds.NO if own is not None and _is_in(cells, own, around) else Holds.NOT_CHECKED
 
 
 def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:

@@ -111,15 +111,20 @@ def test_what_splits_or_joins_is_told() -> None:
     assert joined.changes == (split, join)
 
 
-def holds_of_chair_in_the_first_room(free: Bool, walls: Bool, detail: Detail) -> tuple[Holds, str]:
-    """The verdict on a chair at (1.7, 1.8) m where the other room is named "study"."""
+STUDY = Place("study", inside_m=(5.5, 1.8))  # the other room
+HALL = Place("hall", inside_m=(5.5, 1.8))
+
+
+def holds_of_chair_in_the_first_room(
+    free: Bool, walls: Bool, detail: Detail, place: Place = STUDY
+) -> tuple[Holds, str]:
+    """The verdict on a chair at (1.7, 1.8) m, on a map with one place."""
     occupancy = np.full(SHAPE, Occupancy.UNKNOWN, np.uint8)
     occupancy[free], occupancy[walls] = Occupancy.FREE, Occupancy.OCCUPIED
     grid, none = grid_of(free), np.zeros(SHAPE, np.uint8)
     likely = np.ones(SHAPE, np.float32)
     view = SearchView("chair", 1, 1, 0, grid, occupancy, none, likely, tops_dm=none)
-    study = Place("study", inside_m=(5.5, 1.8))
-    places = map_places(PlaceMemory((study,)), rooms_of(view))
+    places = map_places(PlaceMemory((place,)), rooms_of(view))
     around = Surroundings(
         grid,
         occupancy,
@@ -163,8 +168,44 @@ def test_what_unseen_floor_parts_from_a_room_may_be_in_it() -> None:
         Holds.NOT_CHECKED,
         "perhaps in the study: its walls are not all seen yet",
     )
+    inside = Detail(inside=("study",))
+    assert holds_of_chair_in_the_first_room(free & seen, walls & seen, inside) == (
+        Holds.NOT_CHECKED,
+        "perhaps not in the study: its walls are not all seen yet",
+    )
     told = holds_of_chair_in_the_first_room(free & beyond, walls & beyond, outside)
     assert told == (Holds.YES, "not in the study")
+
+
+def test_what_is_not_in_a_named_room_for_sure_may_be_in_one_that_the_map_does_not_show() -> None:
+    """The hall's floor and that of the chair are one room until the walls beside the door are
+    seen: then the chair's room, which has no name, may be the kitchen."""
+    free, walls = plan()
+    strip = np.zeros(SHAPE, bool)
+    strip[:, 10:20] = True
+    young, inside, outside = (
+        (free & strip, walls & strip),
+        Detail(inside=("kitchen",)),
+        Detail(outside=("kitchen",)),
+    )
+    why = "its walls are not all seen yet"
+    assert holds_of_chair_in_the_first_room(*young, inside, HALL) == (
+        Holds.NOT_CHECKED,
+        f"perhaps not in the kitchen: {why}",
+    )
+    assert holds_of_chair_in_the_first_room(*young, outside, HALL) == (
+        Holds.NOT_CHECKED,
+        f"perhaps in the kitchen: {why}",
+    )
+    for place, not_in, is_in in (
+        (HALL, Holds.NOT_KNOWN, Holds.NOT_CHECKED),
+        (Place("hall", inside_m=(1.5, 1.8)), Holds.YES, Holds.NO),
+    ):
+        told = [
+            holds_of_chair_in_the_first_room(free, walls, detail, place)[0]
+            for detail in (outside, inside)
+        ]
+        assert told == [not_in, is_in]
 
 
 def test_what_is_in_one_part_of_a_room_is_in_it() -> None:

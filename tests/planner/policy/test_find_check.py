@@ -189,7 +189,7 @@ def test_what_is_in_a_room_with_a_name_is_in_no_other() -> None:
     den = m.Place("den", inside_m=(1.0, 1.0))
     for suggested, inside, outside in ((False, NO, YES), (True, NOT_CHECKED, NOT_KNOWN)):
         room = replace(den, suggested=suggested)
-        places = m.MapPlaces(1, 1, (room,), (0,), ROOM.grid, ids)
+        places = m.MapPlaces(1, 1, (room,), (0,), ROOM.grid, ids, parts=ids)
         for detail, holds in (
             (m.Detail(inside=("attic",)), inside),
             (m.Detail(outside=("attic",)), outside),
