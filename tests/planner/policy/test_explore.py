@@ -144,8 +144,10 @@ def test_what_is_in_a_place_is_looked_for_there(
         assert looks[0] <= state.active_goal.goal.look_xy[0] <= looks[1]
 
 
-def test_walls_that_tell_what_room_a_candidate_is_in_are_looked_at_first() -> None:
-    """It is in the first room; the point of the name is seen through a door, its walls are not."""
+@pytest.mark.parametrize("detail", [Detail(inside=("study",)), Detail(outside=("kitchen",))])
+def test_walls_that_tell_what_room_a_candidate_is_in_are_looked_at_first(detail: Detail) -> None:
+    """It is in the first room; the point of the name is seen through a door, its walls are not.
+    The map shows no kitchen: what is in the study is not in it."""
     rows = ["#" * 8, *["#......#"] * 5, "#  ..  #", *["   ..   "] * 3, " " * 8]
     alike = np.full((55, 40), 0.1, np.float32)
     alike[20, 30] = 0.8
@@ -156,8 +158,8 @@ def test_walls_that_tell_what_room_a_candidate_is_in_are_looked_at_first() -> No
     ids = np.where(free, 0, NO_ROOM).astype(np.int32)
     study = Place("study", inside_m=(4.25, 2.0))
     places = MapPlaces(1, 1, (study,), (0,), grid, ids, parts=parts)
-    detail, there = Detail(inside=("study",)), candidate(2.0, 3.0)
-    masks = {"study": free}, {"study": parts == 2}
+    there = candidate(2.0, 3.0)
+    masks = ({"study": free}, {"study": parts == 2}) if detail.inside else ({}, {})
     here = replace(here, description=Description(detail, {}, None, places, *masks))
     state = replace(PlannerState(SEARCH), evidence=Evidence(unclear=(there,)))
     kinds: list[GoalKind] = []

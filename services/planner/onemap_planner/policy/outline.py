@@ -23,7 +23,7 @@ from onemap_planner.world.description import Description
 from onemap_shared.geometry import I64, Bool
 from onemap_shared.grid import onto
 from onemap_shared.messages import NO_ROOM, Occupancy
-from onemap_shared.places import SPECK_M, place_mask
+from onemap_shared.places import SPECK_M, place_mask, place_of
 
 OPEN_COST, WALL_COST = 5.0, 50.0  # of a cell where a wall may be, and of one where something stands
 DOOR_M = 1.7  # from a cell where a wall may be to the unseen cells that make it one: a passage
@@ -33,13 +33,18 @@ WALL_BAND_M = (0.8, FLOOR_FARTHEST_M)  # walls are seen from farther away than t
 def outline_goals(
     candidate: ObjectCandidate, score: float, context: PlanningContext, ledger: Ledger
 ) -> Iterator[Goal]:
-    """The looks at what was not seen between a candidate and each room that is named, but for what
-    was looked at in vain; score: of the candidate."""
+    """The looks at what was not seen between a candidate and each room that is named, or, where the
+    map does not show that, the named room that may hold it; but for what was looked at in vain.
+    score: of the candidate."""
     description, cells = context.description, context.map_view.indices_of(candidate.surface)
     if description is None or not len(cells):
         return
     in_vain_xy = ledger.given_up_xy(GoalKind.OUTLINE)
-    for name in dict.fromkeys((*description.detail.inside, *description.detail.outside)):
+    names = [*description.detail.inside, *description.detail.outside]
+    held = place_of(description.places, context.map_view.grid, cells)
+    if held is not None and not all(name in description.shown for name in names):
+        names.append(held.name)
+    for name in dict.fromkeys(names):
         target = _unseen_between(cells, name, description, context)
         offset_m = context.costmap.grid.centres(target)[:, None] - in_vain_xy
         target = target[(np.hypot(*offset_m.transpose(2, 0, 1)) > GIVEN_UP_RADIUS_M).all(axis=1)]
