@@ -11,14 +11,16 @@ from itertools import accumulate
 from pathlib import Path
 
 from onemap_planner.inputs import LatestInputs
+from onemap_planner.named_places import goal_m
 from onemap_planner.policy.names import synonyms_of
 from onemap_planner.policy.state import NO_SYNONYMS, PlannerState, Synonyms
 from onemap_planner.search import decision_log
 from onemap_planner.search import state_machine as sm
-from onemap_planner.sentences import MAP_REPLACED, no_place
+from onemap_planner.sentences import MAP_REPLACED, NO_WAY_BACK, no_place
 from onemap_shared import keys
 from onemap_shared.clock import Clock
 from onemap_shared.messages import (
+    BACK,
     PlacesRequest,
     SearchId,
     SearchKind,
@@ -30,7 +32,7 @@ from onemap_shared.messages import (
     SearchStatus,
     subject_of,
 )
-from onemap_shared.names import normalised
+from onemap_shared.names import normalised, same_name
 from onemap_shared.places import Zones
 from onemap_shared.sentence import ROOM_WORDS
 from onemap_shared.text_embedding import embed_texts
@@ -212,7 +214,7 @@ class SearchCommands:
         others = [n for each in request.details for n in (*each.anchors, *each.negatives)]
         names = tuple(dict.fromkeys((*request.objects, *others)))
         synonyms = self._check_names(names) if names else NO_SYNONYMS
-        self._check_places(request)
+        request = self._placed(request)
         driver, map_count, jump_count = frame
         self._reject_if_another(frame, request.kind)
         if request.kind is not SearchKind.FIND and request.continues:
@@ -328,38 +330,54 @@ class SearchCommands:
                 embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
         return synonyms_of(embeddings)
 
-    def _check_places(self, request: SearchRequest) -> None:
-        """Reject names that no place of the map has, and a drive to where no robot may be.
+    def _placed(self, request: SearchRequest) -> SearchRequest:
+        """The request with the coordinates of the place that it names; rejected if it names one
+        that the map has not, or is a drive to where no robot may be.
 
         A room's word may name a place as soon as there is one. Nothing begins while the mapper
         cannot read its places; one that is silent is waited for.
         """
+        if same_name(request.place, BACK):
+            request = replace(request, place="", place_m=self._back_m())
         told = (name for each in request.details for name in (*each.inside, *each.outside))
         places_of_objects = (name for name in told if normalised(name) not in ROOM_WORDS)
-        names = dict.fromkeys((*request.stay_out, *places_of_objects))
+        goal = (request.place,) if request.place else ()
+        names = dict.fromkeys((*goal, *request.stay_out, *places_of_objects))
         needed = bool(names) or request.kind is SearchKind.GO_TO
         try:
             places = self._bus.call(keys.MAP_PLACES, PlacesRequest(), PLACES_TIMEOUT_S)
         except NoReply as problem:  # of an earlier release, perhaps: it has none
             if not names:
-                return
+                return request
             why = "no mapper answers for the places of the map"
             raise RequestRejected("unavailable", why) from problem
         except CallError as problem:
             if not (needed or isinstance(problem, RemoteError)):
-                return
+                return request
             why = f"the places of the map are not known: {problem}"
             raise RequestRejected("unavailable", why) from problem
         for name in names:
-            if places.get(name) is None:
+            if (found := places.get(name)) is None:
                 known = tuple(place.name for place in places.places)
                 raise RequestRejected("unknown_place", no_place(name, known))
+            if name == request.place:
+                request = replace(request, place="", place_m=goal_m(found[0]))
         if request.kind is SearchKind.GO_TO:
             x_m, y_m = request.place_m
             zones = Zones(places, request.stay_out)
             if zone := zones.at((x_m, y_m), 0.0, places.grid.cell_size_m):
                 where = subject_of("", request.place_m)
                 raise RequestRejected("keep_out", f"{where} lies in the keep-out zone {zone!r}")
+        return request
+
+    def _back_m(self) -> tuple[float, ...]:
+        """x, y of where the robot stood when the last search was accepted, in the frame of now."""
+        with suppress(RequestRejected):
+            search = self._registry.find("")
+            start_m = self._status_of(search).start_m
+            if start_m and self._has_frame_of_now(search):
+                return start_m
+        raise RequestRejected("unknown_place", NO_WAY_BACK)
 
     def _stamp(self) -> sm.EventStamp:
         inputs = self._inputs()

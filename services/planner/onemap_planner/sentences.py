@@ -246,6 +246,12 @@ def no_place(name: str, known: Sequence[str]) -> str:
     return f"there is no place {name!r} on the map; {which}"
 
 
+NO_WAY_BACK = (
+    "it is not known where the robot stood when the last search began, or its position jumped, or "
+    "the planner, the robot's driver or the map is another one since then"
+)
+
+
 def zone_in_the_way(name: str) -> str:
     """Why the robot cannot go there."""
     return f"the keep-out zone {name!r} is in the way"

@@ -170,6 +170,8 @@ class SearchRequest(Message):
         continues: id of the ended search whose rest this is; empty: of none.
         after: what the robot does when all objects are done, found or not; of objects only.
         age_s: seconds since a person asked for it: a stop that came later holds for it too.
+        place: name of the place to drive to, or ``back``: the planner knows where that is in the
+            frame that it accepts the request in.
     """
 
     objects: ObjectNames
@@ -183,9 +185,13 @@ class SearchRequest(Message):
     continues: str = ""
     after: After = After.STAY
     age_s: Annotated[float, within(0)] = 0.0
+    place: Annotated[str, cleaned("name of a place", optional=True)] = ""
 
     def _check(self) -> None:
-        _check_place(self.kind, self.place_m)
+        if not self.place:
+            _check_place(self.kind, self.place_m)
+        elif self.place_m or self.kind is not SearchKind.GO_TO:
+            raise ValueError(f"only a drive, without place_m, has a place's name: {self.place!r}")
         _check_details(self.objects, self.details)
         if self.after is not After.STAY and self.kind is not SearchKind.FIND:
             raise ValueError(f"a search of kind {self.kind} has after {self.after}; it only stays")
