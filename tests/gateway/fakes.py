@@ -402,6 +402,9 @@ class FakePlanner:
             raise RequestRejected(
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
             )
+        places = {"": request.place_m, "kitchen": (0.0, 0.0), m.BACK: (0.5, -1.5)}
+        if (place_m := places.get(normalised(request.place))) is None:
+            raise RequestRejected("unknown_place", f"there is no place {request.place!r}")
         self.requests.append(request)
         if self.status is not None:
             self.past.insert(0, self.status)
@@ -409,7 +412,7 @@ class FakePlanner:
         self.status = replace(
             search(f"s{number}", objects=request.objects),
             kind=request.kind,
-            place_m=request.place_m,
+            place_m=place_m,
             details=request.details,
             stay_out=request.stay_out,
             continues=request.continues,

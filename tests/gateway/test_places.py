@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
@@ -15,7 +14,7 @@ from typer.testing import CliRunner
 
 from onemap import Client, OneMapError
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.places import inner_point_m, place_list
+from onemap_gateway.present.places import place_list
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.transport import RequestRejected
@@ -24,7 +23,6 @@ from tests.client.conftest import client as python_client
 from tests.client.conftest import url
 from tests.gateway import fakes
 from tests.gateway.fakes import (
-    FakePlanner,
     NamingMapper,
     client_of,
     gateway_on,
@@ -71,36 +69,6 @@ def test_a_room_and_a_zone_are_named_listed_and_forgotten(
     suggested = client.delete("/v1/places").json()["places"]
     assert ([p["suggested"] for p in suggested], mapper.named) == ([True, False], {})
     assert [unnamed.name, unnamed.room] == ["", 3]
-
-
-@pytest.mark.parametrize("turned_rad", [0.0, 0.7])
-@pytest.mark.parametrize(
-    "corners",
-    [
-        ((0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)),  # L
-        ((0, 0), (4, 0), (4, 3), (3, 3), (3, 1), (1, 1), (1, 3), (0, 3)),  # U
-    ],
-)
-def test_the_goal_of_a_bent_place_is_well_inside_it(
-    client: TestClient,
-    mapper: NamingMapper,
-    planner: FakePlanner,
-    corners: tuple[tuple[float, float], ...],
-    turned_rad: float,
-) -> None:
-    cos, sin = np.cos(turned_rad), np.sin(turned_rad)
-    polygon = np.array(corners) @ np.array([[cos, sin], [-sin, cos]])
-    client.put("/v1/places/hall", json={"corners_m": polygon.tolist()})
-    assert client.post("/v1/searches", json={"go_to": "hall"}).status_code == 201
-    goal_m = planner.requests[-1].place_m
-    inside_m = cv2.pointPolygonTest(polygon.astype(np.float32), goal_m, measureDist=True)
-    assert inside_m > 0.4  # of at most about 0.6
-
-
-def test_the_goal_of_a_straight_place_is_its_middle() -> None:
-    assert inner_point_m(((0, 0), (4, 0), (4, 1), (0, 1))) == pytest.approx((2, 0.5), abs=0.05)
-    sliver = ((0.0, 0.0), (9.0, 8.99), (9.0, 9.01))  # no tried point is inside
-    assert inner_point_m(sliver) == pytest.approx((6.0, 6.0), abs=0.1)
 
 
 def test_rooms_have_areas_outlines_and_what_parted() -> None:

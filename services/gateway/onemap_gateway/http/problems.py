@@ -31,7 +31,6 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "not_found": (404, "There is no such thing here"),
     "unknown_search": (404, "There is no such search"),
     "unknown_map": (404, "There is no such map"),
-    "unknown_place": (404, "There is no such place"),  # 422 where a sentence names it
     "unknown_object": (404, "There is no such object"),
     "no_such_place": (404, "There is no such place"),
     "method_not_allowed": (405, "This address does not take this method"),
@@ -48,6 +47,7 @@ PROBLEM_TYPES: Mapping[str, tuple[int, str]] = {
     "misdirected": (421, "This host name is not served"),
     "invalid": (422, "The request cannot be understood"),
     "bad_image": (422, "The image cannot be searched for"),
+    "unknown_place": (422, "There is no such place"),
     "unknown_word": (422, "The encoder does not know this word"),
     "http": (400, "The request was refused"),
     "internal": (500, "The gateway failed"),

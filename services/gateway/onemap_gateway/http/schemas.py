@@ -387,19 +387,21 @@ class SearchStart(Parts):
         self,
         patience_s: float,
         sentences: Sequence[Sentence],
-        named_m: tuple[float, ...] = (),
         age_s: float = 0.0,
     ) -> m.SearchRequest:
         """The planner's request; ``patience_s``: seconds that the client waits for its reply;
-        named_m: x, y of the place of the name ``go_to``; age_s: since the client asked."""
-        kind, place_m = m.SearchKind.FIND, self.go_to_m or self.look_at_m or named_m
-        if place_m:
-            kind = m.SearchKind.GO_TO if self.look_at_m is None else m.SearchKind.LOOK_AT
+        age_s: since the client asked."""
+        kind = m.SearchKind.FIND
+        if self.look_at_m is not None:
+            kind = m.SearchKind.LOOK_AT
+        elif self.go_to_m or self.go_to:
+            kind = m.SearchKind.GO_TO
         return search_for(
             sentences,
             patience_s,
             kind=kind,
-            place_m=place_m,
+            place_m=self.go_to_m or self.look_at_m or (),
+            place=self.go_to or "",
             max_distance_m=self.max_distance_m or 0.0,
             max_time_s=self.max_time_s or 0.0,
             after=m.After(self.after),

@@ -77,7 +77,6 @@ async def understand(gateway: GatewayContext, described: Sequence[Described]) ->
                 "unknown_place",
                 f"The map knows no place {' and no place '.join(map(repr, unknown))}: {known}; "
                 "name one with PUT /v1/places/{name}.",
-                422,
                 unknown=unknown,
                 places=list(places),
             )

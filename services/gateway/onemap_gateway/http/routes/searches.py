@@ -19,19 +19,15 @@ from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.http.sentences import understand
 from onemap_gateway.http.streams import RETRY_MS, problem_event
 from onemap_gateway.present.formats import finite
-from onemap_gateway.present.places import inner_point_m
 from onemap_gateway.present.replies import find_of, search_replay, search_snapshot
 from onemap_shared import keys
 from onemap_shared.messages import (
-    BACK,
     KeptObject,
-    PlacesRequest,
     SearchId,
     SearchListRequest,
     SearchState,
     SearchStatus,
 )
-from onemap_shared.names import same_name
 
 
 async def search_events(
@@ -126,10 +122,9 @@ async def start(gateway: GatewayContext, request: SearchStart) -> SearchSnapshot
     """The search that began, with how it was understood on this map."""
     began_s = gateway.cache.now_s()
     understood = await understand(gateway, request.described)
-    named_m = await _named_m(gateway, request.go_to) if request.go_to else ()
     patience_s = _patience_s(gateway, began_s)
     age_s = gateway.cache.now_s() - began_s
-    for_planner = request.request(patience_s, understood.sentences, named_m, age_s)
+    for_planner = request.request(patience_s, understood.sentences, age_s)
     search = await gateway.search(keys.SEARCH_START, for_planner, patience_s)
     return search.model_copy(update={"understood": understood.in_words()})
 
@@ -142,28 +137,6 @@ def _patience_s(gateway: GatewayContext, began_s: float) -> float:
         why = "The map took too long to answer, and nothing was started: try again."
         raise HttpProblem("busy", why, service="mapper")
     return min(left_s, gateway.paces.call_timeout_s)
-
-
-async def _named_m(gateway: GatewayContext, name: str) -> tuple[float, ...]:
-    """x, y of a place of the map, or of where the last search was accepted; HttpProblem without."""
-    if same_name(name, BACK):
-        newest = await gateway.call(keys.SEARCH_GET, SearchId())
-        if not newest.start_m:
-            why = (
-                "It is not known where the robot stood when the last search began, or its position "
-                "jumped, or the planner, the robot's driver or the map is another one since then."
-            )
-            raise HttpProblem("unknown_place", why, 422)
-        return newest.start_m
-    places = await gateway.call(keys.MAP_PLACES, PlacesRequest())
-    found = places.get(name)
-    if found is None:
-        known = ", ".join(repr(place.name) for place in places.places)
-        which = f"its places are {known}" if known else "it has none yet"
-        why = f"The map knows no place {name!r}: {which}, and 'back' is where the robot set out."
-        raise HttpProblem("unknown_place", why, 422)
-    place, _ = found
-    return inner_point_m(place.corners_m) if place.corners_m else place.inside_m
 
 
 @router.post(
