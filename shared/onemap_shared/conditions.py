@@ -9,7 +9,7 @@ heights are known. Whether a thing is outside of a place that the map does not s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan
 from types import MappingProxyType
 
@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, area_mask, onto
-from onemap_shared.joint_belief import FADE_M, REACH_M, kernel, place_masks
+from onemap_shared.joint_belief import FADE_M, REACH_M, kernel
 from onemap_shared.messages import (
     NO_ROOM,
     CheckedCondition,
@@ -33,7 +33,15 @@ from onemap_shared.messages import (
     RelationKind,
 )
 from onemap_shared.names import a, same_name, the
-from onemap_shared.places import SPECK_M, near_cells, place_of, room_beside, rooms_at
+from onemap_shared.places import (
+    NAMED_M,
+    SPECK_M,
+    near_cells,
+    place_of,
+    room_at,
+    room_beside,
+    rooms_at,
+)
 from onemap_shared.sight import in_sight
 
 LIKELY = 0.5  # of the kernel times a probability, or of a thing's cells
@@ -321,9 +329,21 @@ def _in_place(cells: I64, name: str, held: Place | None, around: Surroundings) -
         return Holds.NOT_CHECKED if _may_be_in(cells, name, around) else Holds.NO
     if held is None or held.corners_m or held.suggested or same_name(held.name, name):
         return Holds.NOT_KNOWN
-    inside = Detail(inside=(held.name,))
-    own = place_masks(inside, around.places, around.grid, settled=True).get(held.name)
-    return Holds.NO if own is not None and _is_in(cells, own, around) else Holds.NOT_CHECKED
+    return Holds.NO if _is_settled(cells, held, around) else Holds.NOT_CHECKED
+
+
+def _is_settled(cells: I64, place: Place, around: Surroundings) -> bool:
+    """Whether half of the floor beside the cells (K, 2), or the nearest, is in the part of a room
+    that holds the point of its name."""
+    places, near = around.places, near_cells(cells, around.grid)
+    parts = replace(places, ids=places.parts)
+    own = room_at(parts.ids, places.grid, place.inside_m, NAMED_M)
+    floor = rooms_at(places, around.grid, near) != NO_ROOM
+    if not floor.any():
+        return own != NO_ROOM and room_beside(parts, around.grid, cells) == own
+    return own != NO_ROOM and bool(
+        (rooms_at(parts, around.grid, near)[floor] == own).mean() >= LIKELY
+    )
 
 
 def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:
@@ -338,8 +358,11 @@ def _may_be_in(cells: I64, name: str, around: Surroundings) -> bool:
         return room != NO_ROOM
     speck, across = (round(way_m / places.grid.cell_size_m) for way_m in (SPECK_M, ACROSS_M))
     seen = onto(places.grid, around.grid, around.occupancy, Occupancy.UNKNOWN) != Occupancy.UNKNOWN
-    ids = np.pad(places.ids, speck, constant_values=NO_ROOM)
-    unseen = np.pad(~seen, speck, constant_values=True)
+    margin = 2 * across + speck
+    x, y = np.nonzero(places.ids == room)
+    window = np.s_[x.min() : x.max() + 2 * margin + 1, y.min() : y.max() + 2 * margin + 1]
+    ids = np.pad(places.ids, margin, constant_values=NO_ROOM)[window]
+    unseen = np.pad(~seen, margin, constant_values=True)[window]
     hidden = ndimage.binary_opening(unseen, np.ones((speck, speck)))
     one, other = (
         hidden & ndimage.binary_dilation(ids == each, iterations=across, mask=hidden)
