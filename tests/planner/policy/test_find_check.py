@@ -13,8 +13,8 @@ from PIL import Image
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.find_check import check_find
 from onemap_planner.policy.state import Evidence, FoundObject
-from onemap_planner.policy.tell import finds_of, other_object
-from onemap_planner.search.state_machine import EventStamp
+from onemap_planner.policy.tell import finds_of, not_found, other_object
+from onemap_planner.search.state_machine import Ending, EventStamp
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_planner.world.description import described
 from onemap_shared import messages as m
@@ -165,6 +165,16 @@ def test_a_place_holds_it_or_not(detail: m.Detail, x: float, expected: Checked) 
     ids = np.full(ROOM.grid.shape, m.NO_ROOM, np.int32)
     places = m.MapPlaces(1, 1, (den,), (m.NO_ROOM,), ROOM.grid, ids)
     assert checked(candidate(x, 2.0), seen_in_room(detail, places)) == expected
+
+
+def test_what_was_explored_of_a_place_is_told_of_it() -> None:
+    ids = np.full(ROOM.grid.shape, m.NO_ROOM, np.int32)
+    places = m.MapPlaces(1, 1, (m.Place("den", corners_m=DEN),), (m.NO_ROOM,), ROOM.grid, ids)
+    detail, state = m.Detail(inside=("den",)), planner_state()
+    state.search = replace(state.search, details=(detail,))
+    ending = not_found(state, seen_in_room(detail, places)).event
+    assert isinstance(ending, Ending)
+    assert ending.reason.startswith("searched everything reachable in the den: 8 m² explored")
 
 
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:

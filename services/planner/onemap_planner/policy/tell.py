@@ -179,11 +179,12 @@ def _told(best: ObjectCandidate, probable: float) -> str:
 def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) -> str:
     """How much was explored, and where the similarity to the object is highest."""
     map_view = context.map_view
-    area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
-    detail, place = state.search.detail, context.place
+    explored, detail, place = map_view.explored, state.search.detail, context.place
     text = "searched everything reachable"
     if place is not None and (place & context.reachable).any():
         text += f" in {' and '.join(map(the, detail.inside))}"
+        explored = explored & place
+    area_m2 = float(explored.sum()) * map_view.cell_area_m2
     if context.costmap.keep_out is not None:
         text += f" without entering {' or '.join(map(repr, context.zones.names))}"
     text += f": {area_m2:.0f} m² explored"
