@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 WINDOW_S = 5.0  # long enough for one frame a second, short enough to show a stall
@@ -38,10 +37,3 @@ class RateMeter:
     def silent_s(self, now_s: float, *, since_s: float) -> float:
         """Seconds since the newest event, or since ``since_s`` if there was none yet."""
         return now_s - (self.times_s[-1] if self.times_s else since_s)
-
-
-def mean_rate_hz(counts: Sequence[int], times_s: Sequence[float]) -> float:
-    """Events per second between the first and the last reading of a counter; NaN if too few."""
-    if len(counts) < 2 or times_s[-1] <= times_s[0]:
-        return float("nan")
-    return (counts[-1] - counts[0]) / (times_s[-1] - times_s[0])

@@ -15,7 +15,6 @@ from onemap_shared.config import BusConfig, read, section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.service import open_scene
-from onemap_tools.demo.setup import MIN_APART_M
 from tests.deploy.deployment import (
     COMMON,
     DEPLOY,
@@ -29,6 +28,7 @@ from tests.deploy.deployment import (
 )
 
 R1, R2 = "site/r1", "site/r2"
+MIN_APART_M = 1.0  # between the middles of two robots
 NAMESPACES = {  # of every process
     "perception": R1,
     "perception-r2": R2,

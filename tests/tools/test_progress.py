@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
-from dataclasses import replace
 from typing import Any
 
+import httpx
 from rich.console import Console
 
-from onemap_tools.progress import LINE_EVERY_S, ProgressLines, SearchProgress
+from onemap import Client
+from onemap_tools.progress import LINE_EVERY_S, ProgressLines
 
 REPORT: dict[str, Any] = {
     "elapsed_s": 12.0,
@@ -19,25 +20,22 @@ REPORT: dict[str, Any] = {
     "reason": "walking [to] a frontier",
     "path_length_m": 3.25,
 }
-PROGRESS = SearchProgress(REPORT, 0.2, 5.0, (1.0, -2.0))
 
 
-def console() -> Console:
-    return Console(file=io.StringIO(), markup=False, width=200)
+def silent(_: httpx.Request) -> httpx.Response:
+    return httpx.Response(503, json={"detail": "not now"})
 
 
-def text_of(console: Console) -> str:
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue()
-
-
-def test_a_line_comes_at_a_change_and_every_five_seconds_for_each_robot() -> None:
-    out = console()
-    lines = ProgressLines(out)
+def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
+    out = Console(file=io.StringIO(), markup=False, width=200)
+    lines, gateway = ProgressLines(out), Client(transport=httpx.MockTransport(silent))
     for elapsed_s in (0.0, 1.0, LINE_EVERY_S + 0.1, LINE_EVERY_S + 0.2):
         lines.wait(elapsed_s, "no frame")
     lines.wait(LINE_EVERY_S + 0.3, "no map")
-    assert len(text_of(out).splitlines()) == 3
-    for name in ("r1", "r2", "r1", "r2"):
-        lines.show(replace(PROGRESS, name=name))
-    assert [line.split()[2] for line in text_of(out).splitlines()[3:]] == ["r1", "r2"]
+    assert isinstance(out.file, io.StringIO)
+    assert len(out.file.getvalue().splitlines()) == 3
+    for state in ("exploring", "exploring", "approaching"):
+        lines.show({**REPORT, "state": state}, gateway)
+    shown = out.file.getvalue().splitlines()[3:]
+    assert [line.split(": ")[1] for line in shown] == ["exploring", "approaching"]
+    assert shown[0].endswith("[1/2] bed: exploring: walking [to] a frontier; robot drove 3.2 m")

@@ -17,7 +17,7 @@ from onemap_tools.bench.navigation.described import (
     painted,
 )
 from onemap_tools.bench.options import GoalsName, NavigationBench
-from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.judgement import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 
 NOUNS = frozenset({"bed", "desk", "lamp", "stool", "dresser", "chair"})

@@ -33,7 +33,7 @@ from onemap_tools.bench.navigation.episode import (
 from onemap_tools.bench.navigation.results import Failure, table_lines
 from onemap_tools.bench.navigation.search import SearchEnd
 from onemap_tools.bench.options import MethodName, NavigationBench
-from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.judgement import ObjectSummary
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder
 from tests.tools.processes.pickling_pool import PicklingPool
 

@@ -6,12 +6,15 @@ import io
 import re
 from typing import Any
 
+import httpx
 import pytest
 
+from onemap import Client
 from onemap_tools.cli import remote
 from onemap_tools.cli.terminal import plain_console, stays_up
-from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary, describe
-from onemap_tools.progress import ProgressLines, SearchProgress
+from onemap_tools.demo.run import summary, verdict
+from onemap_tools.judgement import ObjectSummary
+from onemap_tools.progress import ProgressLines
 from tests.structure import ROOT
 
 NASTY = ("[/sofa]", "[bold]x", "[red]", ":smiley:", "[link=file:///]y", "\\[z]")
@@ -47,10 +50,11 @@ def test_what_people_and_robots_say_is_printed_literally(text: str) -> None:
     console = plain_console(file=io.StringIO())
     remote.describe_query({"text": text, "regions": [region(1)]}, console)
     remote.describe_search(finished(text), console)
-    item = ObjectSummary(text, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
-    summary = DemoSummary((text, text), (RobotSummary("", (item,), 1.0, 1.0),), 1.0, 1.0, 1.0)
-    describe(summary, f"runs/{text}/map.png", console)
-    ProgressLines(console).show(SearchProgress(finished(text)))
+    item = ObjectSummary(text, "found", "it is here", (), 1.0, 1.0, 1.0, 1.0, 1.0, nearest=text)
+    document = {**summary([text], [item], text), "search_s": 1.0, "duration_s": 1.0}
+    console.print(*verdict(document, [item]), sep="\n", soft_wrap=True)
+    gateway = Client(transport=httpx.MockTransport(lambda _: httpx.Response(503)))
+    ProgressLines(console).show(finished(text), gateway)
     assert text_of(console).count(text) >= 8
 
 

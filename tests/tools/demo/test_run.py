@@ -14,19 +14,18 @@ from types import SimpleNamespace
 from typing import Any
 
 import httpx
-import numpy as np
 import pytest
 from rich.console import Console
 
-from onemap import Client, OneMapError
+from onemap import Client
+from onemap_perception.config import SHIPPED
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.geometry import pose_2d
 from onemap_tools.demo import run as module
 from onemap_tools.demo import start
-from onemap_tools.demo.run import DemoRun, DemoTargets, RobotSearch
-from onemap_tools.demo.setup import DemoRobot, DemoSetup
-from onemap_tools.demo.summary import DemoSummary
+from onemap_tools.demo.run import DemoRun, DemoTargets, SimulatedRobot, scene_category
+from onemap_tools.demo.setup import DemoSetup
 from onemap_tools.errors import EXIT_FAILED, CliError
 from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import ProgressLines
@@ -75,8 +74,8 @@ class FakeRobot:
         if request.url.path == "/readyz":
             missing = self._missing.pop(0) if self._missing else ""
             return httpx.Response(503 if missing else 200, json={"detail": missing})
-        if request.url.path.endswith("/queries"):
-            return httpx.Response(422, json={"detail": "'blorp' is no word that mini knows."})
+        if request.url.path.endswith("/status"):
+            return httpx.Response(503, json={"detail": "not now"})
         if request.method == "PUT":
             name, place = request.url.path.rpartition("/")[2], json.loads(request.content)
             self.named[name] = place
@@ -102,28 +101,30 @@ class FakeRobot:
         }
         return httpx.Response(200, json=document)
 
-    def search(self, name: str = "") -> RobotSearch:
-        client = Client(transport=httpx.MockTransport(self.handle))
-        return RobotSearch(DemoRobot(name), client, self.router.bus())
+    def robot(self) -> SimulatedRobot:
+        return SimulatedRobot(self.router.bus())
+
+    def gateway(self) -> Client:
+        return Client(transport=httpx.MockTransport(self.handle))
 
 
-def demo_of(
-    folder: Path, *fakes: FakeRobot, exits: tuple[ProcessExit, ...] = (), limit_s: float = 60.0
-) -> DemoRun:
-    """A run of these robots, whose processes exit like this."""
+def demo_of(folder: Path, exits: tuple[ProcessExit, ...] = (), limit_s: float = 60.0) -> DemoRun:
+    """A run whose processes exit like this."""
     processes: Any = SimpleNamespace(collect=lambda _: list(exits), folder=folder / "logs")
-    names = [f"r{n}" for n in range(1, len(fakes) + 1)] if len(fakes) > 1 else [""]
-    robots = tuple(DemoRobot(name) for name in names)
-    setup = DemoSetup("tcp/127.0.0.1:1", "http://127.0.0.1:1", folder / "c.yaml", (), {}, robots)
+    setup = DemoSetup("tcp/127.0.0.1:1", "http://127.0.0.1:1", folder / "c.yaml", (), {})
     given = options(folder, time_limit_s=limit_s)
     began_s = time.monotonic() - 100.0  # the demo's imports took so long
-    demo = DemoRun(given, setup, processes, threading.Event(), began_s)
-    demo.searches = [fake.search(name) for fake, name in zip(fakes, names, strict=False)]
-    return demo
+    return DemoRun(given, setup, processes, threading.Event(), began_s)
 
 
-def searched(demo: DemoRun) -> DemoSummary:
-    return demo.search(TARGETS, ProgressLines(console()))
+def searched(demo: DemoRun, fake: FakeRobot, out: Console) -> dict[str, Any]:
+    lines = ProgressLines(out)
+    return demo.search(fake.robot(), fake.gateway(), TARGETS, lines, out)
+
+
+def told(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
 
 
 def ended(folder: Path) -> ProcessExit:
@@ -138,93 +139,93 @@ def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
         assert error.value.exit_code == EXIT_FAILED
     demo.stop.set()
     demo.stay_up(out := console())  # until Ctrl-C
-    assert isinstance(out.file, io.StringIO)
     for hint in ("onemap query sofa --url http://127.0.0.1:1\n", "doctor --config"):
-        assert hint in out.file.getvalue()
+        assert hint in told(out)
 
 
 def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> None:
-    missing = "The mapper is starting."
-    demo = demo_of(tmp_path, FakeRobot(), FakeRobot(missing=(missing,) * 9), limit_s=0.0)
-    told = r"Not ready after 0 s\. r2: The mapper is starting\. The logs are in"
-    with pytest.raises(CliError, match=told):
-        demo.wait_until_ready(ProgressLines(console()))
+    fake = FakeRobot(missing=("The mapper is starting.",) * 9)
+    demo = demo_of(tmp_path, limit_s=0.0)
+    with pytest.raises(CliError, match=r"Not ready after 0 s\. The mapper .* The logs are in"):
+        demo.wait_until_ready(fake.robot(), fake.gateway(), ProgressLines(console()))
 
 
 def test_a_start_that_compiles_is_shown_and_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiling = "Compiling kernels, once; cached in /tmp."
-    robot = FakeRobot(missing=(compiling,))
-    demo = demo_of(tmp_path, robot)
+    fake = FakeRobot(missing=(compiling,))
+    demo, robot = demo_of(tmp_path), fake.robot()
     metrics = {"start_s": 400.0}
     beat = m.Heartbeat("mapper", "a", 1, 1, ready=False, problem=compiling, metrics=metrics)
-    robot.router.bus().publish(keys.heartbeat("mapper")).put(beat)
+    fake.router.bus().publish(keys.heartbeat("mapper")).put(beat)
     now_s = time.monotonic() + 400.0  # longer than the limit
     monkeypatch.setattr(f"{module.__name__}.time", SimpleNamespace(monotonic=lambda: now_s))
     assert demo.overdue
     out = console()
-    demo.wait_until_ready(ProgressLines(out))
-    assert isinstance(out.file, io.StringIO)
-    assert compiling in out.file.getvalue()
+    demo.wait_until_ready(robot, fake.gateway(), ProgressLines(out))
+    assert compiling in told(out)
     assert not demo.overdue
 
 
-def test_one_robot_searches_for_all_and_several_take_them_in_turn(tmp_path: Path) -> None:
-    alone = FakeRobot(polls=2)
-    summary = searched(demo_of(tmp_path, alone))
-    assert alone.sought == [list(NAMES)]
-    assert (summary.found, summary.judged, summary.failure) == (3, 0, "")
-    assert 100.0 < summary.first_metre_s <= summary.duration_s
-    assert summary.map_rate_hz != summary.map_rate_hz  # NaN: no map was published
-    quick, slow = FakeRobot(polls=1), FakeRobot(polls=9)
-    summary = searched(demo_of(tmp_path, quick, slow))
-    assert (quick.sought, slow.sought) == ([["bed"], ["desk"]], [["sofa"]])
-    assert [item.name for item in summary.objects] == list(NAMES)
-    assert summary.worked
-    first, second = summary.robots
-    assert (first.name, first.found) == ("r1", ("bed", "desk"))
-    assert (first.path_length_m, first.search_s) == (5.0, 20.0)
-    assert (second.name, second.found, second.path_length_m) == ("r2", ("sofa",), 2.5)
+def test_a_search_ends_with_what_the_simulator_says_of_it(tmp_path: Path) -> None:
+    fake, out = FakeRobot(polls=2), console()
+    document = searched(demo_of(tmp_path), fake, out)
+    assert fake.sought == [list(NAMES)]
+    assert (document["worked"], document["found"], document["judged"]) == (True, 3, 0)
+    assert 100.0 < document["first_metre_s"] <= document["duration_s"] + 0.01
+    assert "sofa: nobody can judge it" in told(out)
+    disagrees = FakeRobot()
+    truth = m.Truth("flat", 1, 3.0, 3.0, ("bed",), "desk", names_complete=True)
+    disagrees.router.bus().serve(keys.ROBOT_TRUTH, lambda _: truth)
+    out = console()
+    document = searched(demo_of(tmp_path), disagrees, out)
+    assert (document["worked"], document["found"], document["claimed_wrongly"]) == (False, 0, 3)
+    assert "bed: the simulator disagrees; nearest to the place is desk." in told(out)
+    assert "0 of 3 found in" in told(out)
 
 
-def test_the_time_limit_ends_the_searches_of_all(tmp_path: Path) -> None:
-    fakes = FakeRobot(polls=9), FakeRobot(polls=9)
-    summary = searched(demo_of(tmp_path, *fakes, limit_s=0.0))
-    assert [fake.sought for fake in fakes] == [[["bed"]], [["sofa"]]]
-    assert summary.failure == "Cancelled after the time limit of 0 s."
-    assert summary.not_sought == NAMES
-    assert not summary.worked
+def test_the_time_limit_ends_the_search(tmp_path: Path) -> None:
+    out = console()
+    document = searched(demo_of(tmp_path, limit_s=0.0), FakeRobot(polls=9), out)
+    assert document["trouble"] == "Cancelled after the time limit of 0 s."
+    assert document["trouble"] in told(out)
+    assert not document["worked"]
+
+
+def test_a_search_that_failed_says_why(tmp_path: Path) -> None:
+    document = searched(demo_of(tmp_path), FakeRobot(ends="failed"), console())
+    assert (document["worked"], document["trouble"]) == (False, "the map was lost")
 
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:
-    alone, other = FakeRobot(), FakeRobot()
+    fake = FakeRobot()
     asked: list[m.TruthRequest] = []
 
     def truth(request: m.TruthRequest) -> m.Truth:
         asked.append(request)
         return m.Truth("flat", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
 
-    alone.router.bus().serve(keys.ROBOT_TRUTH, truth)
-    demo, out = demo_of(tmp_path, alone), console()
-    assert demo.choose_targets(out) == DemoTargets(("bed", "sofa"), {"bed": "bed", "sofa": "sofa"})
-    assert demo.searches[0].truth("sofa", (1.0, 2.0)) is not None
+    fake.router.bus().serve(keys.ROBOT_TRUTH, truth)
+    demo, out, robot = demo_of(tmp_path), console(), fake.robot()
+
+    def chosen(*objects: str) -> DemoTargets:
+        demo.options = replace(demo.options, objects=objects)
+        return demo.choose_targets(robot, fake.gateway(), out)
+
+    assert chosen() == DemoTargets(("bed", "sofa"), {"bed": "bed", "sofa": "sofa"})
+    assert robot.truth("sofa", (1.0, 2.0)) is not None
     assert asked == [m.TruthRequest("", 0.0, 0.0), m.TruthRequest("sofa", 1.0, 2.0)]
-    demo.options = replace(demo.options, objects=("Elephant",))
-    assert demo.choose_targets(out).objects == ("Elephant",)
-    assert isinstance(out.file, io.StringIO)
-    assert "flat has nothing that is called 'Elephant'" in out.file.getvalue()
-    demo.options = replace(demo.options, objects=("the bed next to the sofa",))
-    assert demo.choose_targets(out) == DemoTargets(("the bed next to the sofa",), {"bed": "bed"})
-    assert "any object of that name counts" in out.file.getvalue()
-    assert not alone.named
+    assert chosen("Elephant").objects == ("Elephant",)
+    assert "flat has nothing that is called 'Elephant'" in told(out)
+    described = "the bed next to the sofa"
+    assert chosen(described) == DemoTargets((described,), {"bed": "bed"})
+    assert "any object of that name counts" in told(out)
+    assert not fake.named
     demo.setup.config_file.write_text("simulator: {seed: 3}\n")
-    demo.options = replace(demo.options, objects=("the bed, stay out of the bathroom",))
-    demo.choose_targets(out)
-    assert alone.named["bathroom"]["kind"] == "room"
-    assert len(alone.named["bathroom"]["corners_m"]) == 4
-    with pytest.raises(OneMapError, match="no word that mini knows"):  # before any robot drives
-        demo_of(tmp_path, alone, other).choose_targets(out)
+    chosen("the bed, stay out of the bathroom")
+    assert fake.named["bathroom"]["kind"] == "room"
+    assert len(fake.named["bathroom"]["corners_m"]) == 4
 
 
 def test_a_whole_run_ends_with_its_summary(
@@ -246,36 +247,44 @@ def test_a_whole_run_ends_with_its_summary(
     }
     config, out = tmp_path / "config.yaml", console()
     with fake_gateway(routes) as url:
-        setup = DemoSetup(
-            router.endpoint, url, config, (sleeper,), dict(os.environ), (DemoRobot(),)
-        )
+        setup = DemoSetup(router.endpoint, url, config, (sleeper,), dict(os.environ))
         monkeypatch.setattr(start, "set_up", lambda _: setup)
         document = start.run(options(tmp_path, objects=("sofa",), time_limit_s=60.0), out)
     assert (document["worked"], document["judged"], document["seed"]) == (True, 0, 7)
-    assert document["picture"] is None  # there is no map
     assert json.loads((tmp_path / "summary.json").read_text()) == document
-    assert isinstance(out.file, io.StringIO)
-    assert "Searching for sofa. Live page: http://" in out.file.getvalue()
-    assert "1 of 1 found" in out.file.getvalue()
+    assert "Searching for sofa. Live page: http://" in told(out)
+    assert "1 of 1 found" in told(out)
     assert (tmp_path / "logs" / "mapper.log").exists()
 
 
 def test_what_the_bus_says_of_a_robot_is_kept() -> None:
     fake = FakeRobot()
-    search, bus = fake.search(), fake.router.bus()
-    odometry, revisions = bus.publish(keys.ROBOT_ODOMETRY), bus.publish(keys.MAP_REVISION)
-    assert np.isnan(search.map_rate_hz)
-    bus.publish(keys.heartbeat("simulator")).put(
+    robot = fake.robot()
+    fake.router.bus().publish(keys.heartbeat("simulator")).put(
         m.Heartbeat("simulator", "a", 1, 1, ready=True, metrics={"collisions": 2.0})
     )
-    for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
-        revisions.put(m.MapRevision(frames, frames, 1, "e", "t", frames, 10, 10, 1.0, 9.9))
-        if now_s == 50.0:
-            search.restart(now_s)
-        search.update(now_s)
-    assert search.map_rate_hz == 5.0  # since the restart
-    assert search.contacts == 2
-    for x_m in (0.0, 0.2):
-        odometry.put(m.Odometry(1, 1, pose_2d(x_m, 0.0, 0.5), 0.0, 0.0))
-    search.update(61.0)
-    assert search.position_m == (0.2, 0.0)
+    robot.update()
+    assert robot.contacts == 2
+
+
+VOCABULARY = load_vocabulary(SHIPPED)
+APARTMENT = ("armchair", "sofa", "wall")
+
+
+@pytest.mark.parametrize(
+    ("word", "categories", "name"),
+    [
+        ("sofa", APARTMENT, "sofa"),
+        ("couch", APARTMENT, "sofa"),  # an alias
+        ("Sectional  Sofa", APARTMENT, "sofa"),  # a held-out synonym
+        ("sofa", ("couch",), "couch"),  # a file that uses another word than mini's
+        ("couch", ("couch", "sofa"), "couch"),  # the person's own word first
+        ("chaise longue", APARTMENT, "sofa"),  # an alias of queries alone
+        ("bed", APARTMENT, "bed"),
+        ("Elephant", APARTMENT, "elephant"),
+    ],
+)
+def test_a_word_has_a_category_of_the_scene(
+    word: str, categories: tuple[str, ...], name: str
+) -> None:
+    assert scene_category(word, categories, VOCABULARY) == name

@@ -26,7 +26,7 @@ from onemap_tools.errors import (
 )
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
-from onemap_tools.progress import ProgressLines, SearchProgress
+from onemap_tools.progress import ProgressLines
 
 POLL_S = 0.5
 MAY_DRIVE = (
@@ -54,7 +54,7 @@ def follow(
             if not problem:
                 heard_s = time.monotonic()
                 with stop.breaking():
-                    lines.show(_progress(gateway, handle.report))
+                    lines.show(handle.report, gateway)
             if stop.wait(POLL_S):
                 console.print("Stopping the robot.")
                 handle.cancel(partial(_say_not_stopped, console))
@@ -80,18 +80,6 @@ def _understood(reply: dict[str, Any]) -> str:
     """How sentences were understood, in a line; empty for a place or an image."""
     understood = reply.get("understood", "")  # older gateways have no such key
     return f"Understood as: {understood}." if understood else ""
-
-
-def _progress(gateway: Client, report: dict[str, Any]) -> SearchProgress:
-    """A report with age and rate of the map, which the gateway knows without asking the mapper."""
-    try:
-        streams = gateway.status().streams
-    except OneMapError:
-        return SearchProgress(report)
-    revision = next((stream for stream in streams if stream.name == "revision"), None)
-    if revision is None:
-        return SearchProgress(report)
-    return SearchProgress(report, revision.age_s, revision.rate_hz)
 
 
 def is_done(report: dict[str, Any]) -> bool:

@@ -55,13 +55,6 @@ TimeLimit = Annotated[
         "its kernels, at the first start.",
     ),
 ]
-Robots = Annotated[
-    int, typer.Option(help="How many simulated robots, which share one map; two need 2 cores.")
-]
-Ros2 = Annotated[
-    bool,
-    typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
-]
 app = typer.Typer()
 service_app = typer.Typer(no_args_is_help=True, help="One service or the router, in this process.")
 
@@ -76,14 +69,9 @@ def demo(
     port: PagePort = 0,
     out: RunsFolder = Path("runs"),
     time_limit: TimeLimit = 360.0,
-    robots: Robots = 1,
-    ros2: Ros2 = False,
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
-
-    With --robots 2 two of them search for four and share one map: one that has found its object
-    takes the next. Each is simulated on its own, so that they neither see nor touch one another.
 
     Exit code 0 only if all were found and the simulator confirms it, also where Ctrl-C ends the
     demo after the search. It cannot confirm objects that a scene file does not name: there the
@@ -102,8 +90,6 @@ def demo(
         port=choose_port(port, headless=not stay, console=console),
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
-        ros2=ros2,
-        robots=robots,
     )
     document = run(options, console)
     if as_json:

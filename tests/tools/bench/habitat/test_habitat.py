@@ -36,7 +36,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedFeatureParams,
 )
 from onemap_tools.bench.options import HabitatBench
-from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.judgement import ObjectSummary
 from tests.simulator.scenes import box_room
 from tests.tools.bench.habitat.fake_habitat_sim import FLOOR_Y_M, FakeHabitat
 from tests.tools.bench.habitat.files import SCENE_V1, multi_object, objectnav, write

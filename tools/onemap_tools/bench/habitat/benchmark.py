@@ -60,7 +60,7 @@ from onemap_tools.bench.navigation.results import (
 )
 from onemap_tools.bench.navigation.search import WatchedSearch
 from onemap_tools.bench.options import HabitatBench
-from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.judgement import ObjectSummary
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.system import Equipment
 

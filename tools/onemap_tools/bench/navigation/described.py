@@ -22,7 +22,7 @@ from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Room, Scene
 from onemap_tools.bench.options import GoalsName
-from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.judgement import ObjectSummary
 
 CLEARLY_NOT_M = 1.5  # of every other instance from every such anchor, walls or none
 APART_M = 1.0  # between the one that is meant and the others: no two that touch

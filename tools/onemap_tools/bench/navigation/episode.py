@@ -61,7 +61,7 @@ from onemap_tools.bench.navigation.simulated_perception import (
     SimulatedFeatureParams,
 )
 from onemap_tools.bench.options import NavigationBench
-from onemap_tools.demo.summary import ObjectSummary, evaluate_result
+from onemap_tools.judgement import ObjectSummary, evaluate_result
 from onemap_tools.virtual.config import SystemConfig
 from onemap_tools.virtual.latency import NO_LATENCIES, Latencies
 from onemap_tools.virtual.link import Link

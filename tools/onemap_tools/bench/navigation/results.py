@@ -24,7 +24,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from onemap_shared.geometry import F64
-from onemap_tools.demo.summary import path_efficiency
+from onemap_tools.judgement import path_efficiency
 
 DIGITS, TRAJECTORY_DIGITS = 4, 2
 STARTED_S = 15.0  # seconds in which a look around takes half: a robot that sets out has driven 3 m
