@@ -21,8 +21,8 @@ import yaml
 
 from onemap_ros2.cdr import GRID, STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.discovery import join as join_robot
 from onemap_ros2.display_messages import belief_grid
+from onemap_ros2.service import join as join_robot
 from onemap_shared import keys
 from onemap_shared.messages import SearchRequest, SearchState, SearchStatus, VelocityCommand
 from onemap_shared.transport import Bus
@@ -183,29 +183,6 @@ def test_the_graph_shows_the_robot_and_forgets_it(
         assert eventually(lambda: None if network.endpoints() else True)
     finally:
         network.close()
-
-
-@pytest.mark.parametrize("form", ["bridge"], indirect=True)  # the graphs of both are read above
-@pytest.mark.usefixtures("planner", "robot")
-def test_the_command_lists_topics_and_names_the_missing_one(
-    router: Router, form: str, tmp_path: Path
-) -> None:
-    config = tmp_path / "robot.yaml"
-    topics = {**TOPICS, "color": "/camera/colour"}
-    ros2 = {"middleware": MIDDLEWARE[form], "connect": [router.endpoint], "topics": topics}
-    config.write_text(yaml.safe_dump({"ros2": ros2}))
-    command = [sys.executable, "-m", "onemap_tools", "ros2", "topics", "--config", str(config)]
-    done = subprocess.run(
-        [*command, "--seconds", "1", "--json"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 1, done.stderr
-    document = json.loads(done.stdout.splitlines()[-1])
-    listed = {each["topic"]: each for each in document["topics"]}
-    assert listed["/odom"]["setting"] == "odometry"
-    assert listed["/odom"]["rate_hz"] > 1.0
-    assert listed["/cmd_vel"]["rate_hz"] is None
-    (sentence,) = document["missing"]
-    assert sentence.endswith("the nearest of its type is /camera/color")
 
 
 @pytest.mark.usefixtures("adapter", "robot")

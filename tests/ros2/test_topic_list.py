@@ -1,18 +1,13 @@
-"""What a robot has, what it lacks, and how often it speaks."""
+"""What a robot has, and what it lacks."""
 
 from __future__ import annotations
 
-import itertools
-
 import pytest
 
-from onemap_ros2 import discovery
-from onemap_ros2.cdr import IMAGE, ODOMETRY, TF
+from onemap_ros2.cdr import IMAGE
 from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.topic_list import missing, needs
-from onemap_shared.clock import SystemClock
-from tests.ros2.fake_network import FakeNetwork
 
 TOPICS = TopicParams(color="/camera/color")
 CONFIG = Ros2Config(topics=TOPICS)
@@ -76,35 +71,3 @@ def test_the_nearest_topic_of_the_right_type_is_named() -> None:
     others = [endpoint("/front/color/image", IMAGE), endpoint("/camera/color_", "x/msg/Y")]
     sentence = missing([*rest, *others], CONFIG)["color"]
     assert sentence.endswith("the nearest of its type is /front/color/image")
-
-
-class Talking(FakeNetwork):
-    """One message on /odom in every wait, once it is read."""
-
-    def wait(self, timeout_s: float) -> None:
-        if "/odom" in self.types:
-            self.say("/odom", b"")
-
-
-def test_a_survey_counts_messages_and_names_what_is_missing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    others = endpoint("/cmd_vel", "a/msg/B", "MS"), endpoint("/tf", TF), endpoint("/tf_static", TF)
-    ours = endpoint("/cmd_vel", "a/msg/B")  # OneMap's own, silent while nobody searches
-    network = Talking(endpoint("/odom", ODOMETRY), ours, *others)
-    seconds = itertools.count(0.0, 0.1)
-    monkeypatch.setattr(SystemClock, "monotonic_s", lambda _: next(seconds))
-    monkeypatch.setattr(discovery, "join", lambda *_: network)
-    reports, lacking = discovery.survey(CONFIG, 2.0)
-    assert [each.topic for each in reports] == ["/cmd_vel", "/odom", "/tf", "/tf_static"]
-    assert reports[1].rate_hz == pytest.approx(10.0, rel=0.1)
-    assert any("ros2.topics.depth" in sentence for sentence in lacking)
-    assert [each for each in lacking if each.startswith("no message of")] == [
-        "no message of /tf came in 2 s, although a node publishes it"
-    ]
-    assert network.closed
-
-
-def test_without_a_router_there_is_no_survey() -> None:
-    with pytest.raises(ConnectionError, match="no ROS 2 router answers"):
-        discovery.survey(Ros2Config(connect=("tcp/127.0.0.1:1",)), 1.0)

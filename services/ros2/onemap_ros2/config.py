@@ -16,7 +16,7 @@ NODE = "onemap"  # in 'ros2 node list'
 
 
 class TopicParams(Params):
-    """The robot's topics; ``onemap ros2 topics`` lists what there is."""
+    """The robot's topics; ``onemap doctor`` names each that is missing."""
 
     color: TopicName = Field(
         default="/camera/camera/color/image_raw",

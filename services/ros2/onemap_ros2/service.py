@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, replace
 
 from onemap_ros2.cdr import DIAGNOSTICS
-from onemap_ros2.config import Ros2Config
+from onemap_ros2.config import NODE, Ros2Config
 from onemap_ros2.diagnostics import (
     Diagnosis,
     diagnostic_array,
@@ -17,13 +17,14 @@ from onemap_ros2.diagnostics import (
     of_service,
     of_topic,
 )
-from onemap_ros2.discovery import join
 from onemap_ros2.display import Display
 from onemap_ros2.drive.driver import Driver, GoalPose, Log, PlannerInputs, RobotNow, pose_of
 from onemap_ros2.drive.nav2 import Nav2Driver
 from onemap_ros2.drive.velocity import VelocityDriver
 from onemap_ros2.frame_thread import FrameThread
+from onemap_ros2.network.bridge import BridgeNetwork
 from onemap_ros2.network.interface import PUBLISHER, NetworkError, RosNetwork
+from onemap_ros2.network.rmw import RmwNetwork
 from onemap_ros2.robot_input import RobotInput
 from onemap_ros2.search_control import SearchControl
 from onemap_ros2.topic_list import missing, needs
@@ -258,6 +259,13 @@ def _numbers(goal: GoalPose | None) -> tuple[float, ...]:
 
 def _both(reason: str, silent: str) -> str:
     return "; ".join(filter(None, (reason, silent)))
+
+
+def join(config: Ros2Config) -> RosNetwork:
+    """The adapter's node on the robot's network; NetworkError without its router."""
+    if config.middleware == "zenoh-bridge-ros2dds":
+        return BridgeNetwork(config.connect)
+    return RmwNetwork(config.connect, config.domain, NODE, config.namespace)
 
 
 class JoiningWorker:

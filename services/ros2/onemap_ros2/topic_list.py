@@ -1,14 +1,14 @@
-"""What a robot publishes and hears, and which of the configured topics are missing."""
+"""Which topics a robot must have as it is configured, and which are missing."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 from onemap_ros2 import cdr
-from onemap_ros2.config import RobotTopics, Ros2Config, TopicParams
+from onemap_ros2.config import Ros2Config, TopicParams
 from onemap_ros2.network.interface import (
     ACTION_SERVER,
     PUBLISHER,
@@ -53,45 +53,6 @@ def needs(config: Ros2Config) -> list[TopicNeed]:
     else:
         wanted.append(TopicNeed("navigate", topics.navigate, (cdr.NAVIGATE,), SERVER))
     return wanted
-
-
-@dataclass(frozen=True, slots=True)
-class TopicReport:
-    """One topic of the robot, of type ``pkg/msg/Type``, with the numbers of its endpoints.
-
-    rate_hz: messages per second; None where nothing was counted. setting: the key below
-    ``ros2.topics`` that names it; empty if none does.
-    """
-
-    topic: str
-    ros_type: str
-    publishers: int
-    subscribers: int
-    rate_hz: float | None
-    setting: str
-
-
-def topic_reports(
-    endpoints: Iterable[Endpoint],
-    rates_hz: Mapping[tuple[str, str], float],
-    topics: RobotTopics,
-) -> list[TopicReport]:
-    """All topics by name; ``rates_hz`` by topic and type."""
-    settings = {name: setting for setting, name in topics._asdict().items()}
-    kinds: dict[tuple[str, str], list[str]] = {}
-    for endpoint in endpoints:
-        kinds.setdefault((endpoint.topic, endpoint.ros_type), []).append(endpoint.kind)
-    return [
-        TopicReport(
-            topic,
-            ros_type,
-            here.count(PUBLISHER),
-            here.count(SUBSCRIBER),
-            rates_hz.get((topic, ros_type)),
-            settings.get(topic, ""),
-        )
-        for (topic, ros_type), here in sorted(kinds.items())
-    ]
 
 
 def missing(endpoints: Iterable[Endpoint], config: Ros2Config) -> dict[str, str]:

@@ -34,7 +34,7 @@ def test_every_command_explains_itself_without_markup() -> None:
 
 
 def test_the_help_of_a_first_word_names_what_stands_below_it() -> None:
-    for word, second in (("search", "replay"), ("places", "forget"), ("ros2", "topics")):
+    for word, second in (("search", "replay"), ("places", "forget")):
         result = RUNNER.invoke(app, [word, "--help"], env={"COLUMNS": "200"})
         assert result.exit_code == EXIT_OK
         assert f"onemap {word} {second}: " in result.stdout
@@ -107,7 +107,6 @@ def test_an_unknown_option_is_a_usage_error_in_json(command: tuple[str, ...]) ->
         "models use no/such",
         "doctor --config /no/such.yaml",
         "config show --config /no/such.yaml",
-        "ros2 topics --config /no/such.yaml",
     ],
 )
 def test_wrong_usage_is_one_json_object(arguments: str) -> None:

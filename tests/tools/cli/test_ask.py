@@ -21,7 +21,6 @@ from typer.testing import CliRunner
 from onemap import Client, MapObject, OneMapError, QueryInterrupted, QueryResult
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
-from onemap_ros2 import discovery
 from onemap_tools import gateway
 from onemap_tools.cli import remote
 from onemap_tools.cli.app import app
@@ -253,16 +252,6 @@ def test_without_a_router_there_is_one_sentence(
     result = RUNNER.invoke(app, [*command, "--config", str(config)])
     assert result.exit_code == EXIT_FAILED
     assert "No router at tcp/127.0.0.1:" in result.stderr
-
-
-def test_a_robot_that_cannot_be_reached_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
-        raise ConnectionError("no ROS 2 router answers at tcp/r")
-
-    monkeypatch.setattr(discovery, "survey", refuse)
-    result = RUNNER.invoke(app, ["ros2", "topics"])
-    assert result.exit_code == 1
-    assert result.stderr.strip() == "no ROS 2 router answers at tcp/r."
 
 
 LIVE = {"streams": [{"name": "revision", "age_s": 0.25, "rate_hz": 5.0}]}
