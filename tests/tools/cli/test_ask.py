@@ -45,7 +45,6 @@ REQUESTS = (
     "status",
     "map info",
     "map merge flat",
-    "map export flat.npz",
 )
 RESULT: dict[str, Any] = {
     "name": "sofa",

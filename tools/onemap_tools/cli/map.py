@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 from math import radians
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -20,18 +18,8 @@ if TYPE_CHECKING:
     from onemap import MapContent, MapFiles
 
 
-class MapLayer(str, Enum):
-    """What a picture of the map shows."""
-
-    OCCUPANCY = "occupancy"
-    OBSERVED = "observed"
-    EXPLORED = "explored"
-    SEARCHED = "searched"
-    SIMILARITY = "similarity"
-
-
 app = typer.Typer(
-    no_args_is_help=True, help="Save, list, load, merge, delete, describe, export or clear maps."
+    no_args_is_help=True, help="Save, list, load, merge, delete, describe or clear maps."
 )
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
 
@@ -119,36 +107,6 @@ def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> No
     """Extent, areas, memory and update rate of the map."""
     document = asked(url, token, lambda gateway: dict(gateway.maps.info().document))
     show(document, as_json, _describe_info)
-
-
-@app.command()
-def export(
-    file: Annotated[Path, typer.Argument(dir_okay=False, help="Ends in .npz, .png or .yaml.")],
-    *,
-    text: Annotated[
-        str, typer.Option(help="Add the similarity to this text, to .npz and .png.")
-    ] = "",
-    layer: Annotated[
-        MapLayer, typer.Option(help="What a .png file shows; similarity needs --text.")
-    ] = MapLayer.OCCUPANCY,
-    url: Url = DEFAULT_URL,
-    token: Token = "",
-    as_json: Json = False,
-) -> None:
-    """Write the map to a file on this machine, in the format of its ending.
-
-    .npz: occupancy, layers and geometry for NumPy; .png: one layer, a pixel per cell,
-    with a world file .pgw; .yaml: for nav2's map server, with a .pgm.
-    """
-    from onemap_tools.map_export import export_map
-
-    written = asked(url, token, lambda gateway: export_map(gateway, file, text=text, layer=layer))
-
-    def describe(written: dict[str, Any], console: Console) -> None:
-        paths = " and ".join([written["path"], *written.get("beside", ())])
-        console.print(f"Wrote {paths}, {written['file_bytes']} bytes.", soft_wrap=True)
-
-    show(written, as_json, describe)
 
 
 def _change(
