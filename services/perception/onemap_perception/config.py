@@ -101,12 +101,6 @@ class MiniParams(ChannelParams):
 class TorchEncoderParams(ChannelParams, NetworkParams):
     """What the encoders of vision and text towers in torch have in common."""
 
-    exported: Path | None = Field(
-        default=None, description="ONNX of the vision tower, from 'onemap export-encoder'."
-    )
-    provider: Literal["cpu", "cuda", "tensorrt"] = Field(
-        default="cpu", description="Where onnxruntime runs the exported tower."
-    )
     floor: float = Field(
         default=0.0,
         ge=0,

@@ -15,27 +15,17 @@ os.environ["ORT_DISABLE_TELEMETRY"] = "1"
 
 import onnxruntime
 
-PROVIDERS = {
-    "cpu": "CPUExecutionProvider",
-    "cuda": "CUDAExecutionProvider",
-    "tensorrt": "TensorrtExecutionProvider",
-}
 
-
-def open_session(path: Path, *, threads: int, provider: str = "cpu") -> Any:
-    """An inference session on one of PROVIDERS. Raises ValueError with onnxruntime's reason.
+def open_session(path: Path, *, threads: int) -> Any:
+    """An inference session on the CPU. Raises ValueError with onnxruntime's reason.
 
     Waiting threads sleep instead of spinning: the same cores also run the mapper.
     """
-    wanted = PROVIDERS[provider]
-    # onnxruntime would fall back to the CPU with a warning, a hundred times slower.
-    if wanted not in onnxruntime.get_available_providers():
-        raise ValueError(f"this onnxruntime was built without {provider}")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     try:
-        return onnxruntime.InferenceSession(str(path), options, providers=[wanted])
+        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as problem:  # onnxruntime's errors share no other base class
         raise ValueError(str(problem).splitlines()[0]) from problem

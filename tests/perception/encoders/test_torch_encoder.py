@@ -19,7 +19,6 @@ from onemap_perception.encoders.checkpoint import (
 from onemap_perception.encoders.torch_encoder import (
     NO_MEAN,
     NO_STD,
-    ExportedTower,
     TorchEncoder,
     TorchTower,
     VisionLanguageModel,
@@ -111,15 +110,6 @@ def test_on_cuda_the_tower_runs_in_half_precision() -> None:
     assert tower.dtype == torch.float16
     on_cpu = TorchTower(Channels(), "cpu")
     np.testing.assert_allclose(tower(PIXELS), on_cpu(PIXELS), atol=2e-3)
-
-
-def test_a_missing_or_damaged_file_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "tower.onnx"
-    with pytest.raises(BackendError, match=r"tower\.onnx does not exist: onemap export-encoder"):
-        ExportedTower(path, "cpu", "toy-1")
-    path.write_bytes(b"not a network")
-    with pytest.raises(BackendError, match=r"tower\.onnx cannot be run"):
-        ExportedTower(path, "cpu", "toy-1")
 
 
 @pytest.mark.parametrize("name", ["toaster", "cuda:99"])

@@ -61,7 +61,7 @@ def root(
     """A robot finds things that people name in plain words."""
 
 
-for commands in (ask.app, places.app, recordings.app, run.app, models.export_app):
+for commands in (ask.app, places.app, recordings.app, run.app):
     app.add_typer(commands)
 for name, group, panel in (
     ("map", map.app, FIRST),

@@ -1,4 +1,4 @@
-"""``onemap models``: list and use models of the hub; ``onemap export-encoder``."""
+"""``onemap models``: list and use models of the hub."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools.cli.options import DEEPER, Config, Json
+from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import confirmed, print_json, progress_console, result_console
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
-export_app = typer.Typer()
 
 
 @app.command(name="list")
@@ -113,35 +112,3 @@ def _agree() -> None:
         )
     if not answer:
         raise CliError("Not accepted: nothing was fetched and nothing was written.")
-
-
-@export_app.command(rich_help_panel=DEEPER)
-def export_encoder(
-    out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
-    config: Config = None,
-    size: Annotated[
-        tuple[int, int], typer.Option(help="Width and height of the camera's image.")
-    ] = (640, 480),
-    as_json: Json = False,
-) -> None:
-    """The configured encoder's vision tower as ONNX, checked against torch.
-
-    Exit code 0 only if every cell's cosine is above 0.999.
-    """
-    from onemap_perception.config import PerceptionConfig
-    from onemap_shared.config import load
-
-    with requires_extra("openclip", "An export"):
-        from onemap_tools.models.tower import export_encoder as export
-    _, _, perception = load(config, "perception", PerceptionConfig)
-    exported = export(perception.encoder, out, size)
-    width, height = exported["input_px"]
-    columns, rows = exported["cells"]
-    console = result_console(as_json)
-    console.print(
-        f"{out}: {width} x {height} pixels to {columns} x {rows} cells, cosine at least "
-        f"{exported['least_cosine']:.6f}"
-    )
-    console.print(f"On the Jetson: {exported['trtexec']}", soft_wrap=True)
-    if as_json:
-        print_json(exported)

@@ -1,1 +1,1 @@
-"""Models of other people: known ones, set up for use, exported."""
+"""Models of other people: known ones, set up for use."""

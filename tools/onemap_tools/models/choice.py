@@ -22,7 +22,7 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 ROUTED = "routed"  # COCO's names to one detector, all others to the other
 NAMES = (*ENCODER_NETWORKS, *DETECTOR_NETWORKS, ROUTED)
 # Settings of an encoder that stay when another network takes its place; all others were chosen
-# for the former one: its exported file, floor, image size.
+# for the former one: its floor, image size.
 LASTING_ENCODER_KEYS = ("channels",)
 SHORT = {"mini": "encoder", "patches": "detector"}  # sections that stand for a backend
 

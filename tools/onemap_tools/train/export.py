@@ -15,8 +15,8 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embeddings import EmbedTexts
 from onemap_perception.text.vocabulary import TABLE_FILE, Vocabulary
 from onemap_shared.geometry import U8
-from onemap_tools.models.onnx_file import export_module, least_cosine
 from onemap_tools.train.network import MiniNetwork
+from onemap_tools.train.onnx_file import export_module, least_cosine
 
 MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision
 

@@ -33,7 +33,6 @@ from onemap_perception.text.vocabulary import (
     load_vocabulary,
 )
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.models.onnx_file import MIN_COSINE
 from onemap_tools.train.batches import TrainParams, build_text_bank
 from onemap_tools.train.evaluation import (
     DEFAULT_CALIBRATION,
@@ -51,6 +50,7 @@ from onemap_tools.train.frames import (
 )
 from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
 from onemap_tools.train.network import find_backbone_weights
+from onemap_tools.train.onnx_file import MIN_COSINE
 from onemap_tools.train.trainer import (
     load_averaged_network,
     train_mini,

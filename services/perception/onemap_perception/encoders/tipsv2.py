@@ -42,19 +42,6 @@ class DenseTips(torch.nn.Module):
         dense: torch.Tensor = patches.reshape(len(image), rows, columns, -1)
         return dense
 
-    def fix_size(self, width: int, height: int) -> None:
-        """Restrict the tower to images of this size: the position embeddings become constant.
-
-        ONNX has no antialiased interpolation, by which they are fitted to other sizes.
-        """
-        embeddings = self.vision.embeddings
-        cells = (width // self.patch_px) * (height // self.patch_px)
-        size_of = embeddings.position_embeddings.new_zeros(
-            1, 1 + cells, self.vision.config.hidden_size
-        )
-        fixed = embeddings.interpolate_pos_encoding(size_of, height, width).detach()
-        embeddings.interpolate_pos_encoding = lambda *_: fixed
-
 
 def block_of_values(block: Any, tokens: torch.Tensor) -> torch.Tensor:
     """The block on tokens (B, T, D) as if each token attended to itself alone."""

@@ -1,11 +1,10 @@
-"""Encoders of two towers in torch; that of images may be exported to ONNX."""
+"""Encoders of two towers in torch."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import torch
@@ -20,8 +19,7 @@ from onemap_perception.encoders.images import (
     pixel_values,
     resized,
 )
-from onemap_perception.errors import BackendError, first_line
-from onemap_perception.onnx import open_session
+from onemap_perception.errors import BackendError
 from onemap_perception.text.competition import Competition
 from onemap_perception.text.embeddings import CachedTextEncoder, EmbedTexts, uncalibrated_queries
 from onemap_perception.text.queries import IMAGE_NAME
@@ -36,16 +34,9 @@ TEXT_CACHE_SIZE = 1024  # embeddings of texts kept: 3 MB at 768 numbers
 Dense = Callable[[torch.Tensor], torch.Tensor]
 
 
-class Tower(Protocol):
-    """Runs the vision side of an encoder."""
-
-    def __call__(self, pixel_values: F32) -> F16:
-        """Unit features (h, w, D) float16 of an image (1, 3, H, W) float32."""
-
-
 class TorchTower:
-    """Implements ``Tower``: a module (1, 3, H, W) to (1, h, w, D), in half
-    precision and channels-last on CUDA only."""
+    """Runs a module (1, 3, H, W) to (1, h, w, D), in half precision and channels-last on CUDA
+    only."""
 
     def __init__(self, module: torch.nn.Module, device: str) -> None:
         self.device = open_device(device)
@@ -57,7 +48,7 @@ class TorchTower:
         self._run: Dense = placed.to(memory_format=self._layout)
 
     def __call__(self, pixel_values: F32) -> F16:
-        """See ``Tower``."""
+        """Unit features (h, w, D) float16 of an image (1, 3, H, W) float32."""
         with inference(self.device, (pixel_values.shape[3], pixel_values.shape[2])):
             features = self.dense(torch.from_numpy(pixel_values))[0]
             unit = torch.nn.functional.normalize(features.float(), dim=-1)
@@ -70,59 +61,6 @@ class TorchTower:
         """Features (1, h, w, D) as the module gives them, on the device."""
         image = pixel_values.to(self.device, self.dtype, non_blocking=True)
         return self._run(image.contiguous(memory_format=self._layout))
-
-
-def open_tower(module: torch.nn.Module, params: TorchParams, encoder_id: str) -> Tower:
-    """The module where it is to run, or its exported file; raises BackendError."""
-    if params.exported is None:
-        return TorchTower(module, params.device)
-    return ExportedTower(params.exported, params.provider, encoder_id)
-
-
-ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: the encoder of the tower
-INPUT, OUTPUT = "picture", "features"  # names in files that users have exported
-
-
-class ExportedTower:
-    """Implements ``Tower``: images of the one size that the file was exported for."""
-
-    def __init__(self, path: Path, provider: str, encoder_id: str) -> None:
-        self._path = path
-        if not path.is_file():
-            raise BackendError(f"{path} does not exist: onemap export-encoder {path}")
-        try:
-            self._session = open_session(path, threads=1, provider=provider)
-        except ValueError as problem:
-            raise BackendError(f"the exported tower {path} cannot be run: {problem}") from problem
-        source_id = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
-        if source_id != encoder_id:
-            raise BackendError(
-                f"{path} was exported from {source_id or 'another program'}, "
-                f"not from {encoder_id}: export it again"
-            )
-        self._shape = tuple(self._session.get_inputs()[0].shape)
-        self.size_px = self._shape[3], self._shape[2]
-
-    def __call__(self, pixel_values: F32) -> F16:
-        """See ``Tower``."""
-        if pixel_values.shape != self._shape:
-            have, want = self._shape, pixel_values.shape
-            raise BackendError(
-                f"{self._path} was exported for {have[3]} x {have[2]}, this image needs "
-                f"{want[3]} x {want[2]}: export it again, for the camera's size"
-            )
-        try:
-            features: F32 = self._session.run([OUTPUT], {INPUT: pixel_values})[0][0]
-        except Exception as problem:  # onnxruntime's errors share no other base class
-            raise BackendError(
-                f"onnxruntime failed on {self._path}: {first_line(problem)}"
-            ) from problem
-        norms = np.linalg.norm(features, axis=-1, keepdims=True)
-        with np.errstate(invalid="ignore"):  # zero and infinite features are refused below
-            unit: F16 = (features / norms).astype(np.float16)
-        if not np.isfinite(unit).all():
-            raise BackendError(f"the features of {self._path} are not finite")
-        return unit
 
 
 NO_MEAN: F32 = np.zeros(3, np.float32)
@@ -154,15 +92,13 @@ class TorchEncoder:
     def __init__(self, model: VisionLanguageModel, params: TorchParams) -> None:
         self.encoder_id = model.encoder_id
         self.text_space = model.text_space
-        self.tower = open_tower(model.vision, params, model.encoder_id)
+        self.tower = TorchTower(model.vision, params.device)
         self._stride_px = model.stride_px
         self._mean, self._std = model.mean, model.std
         self._params = params
         self._texts = CachedTextEncoder(model.embed, prompt=PROMPT, capacity=TEXT_CACHE_SIZE)
         self._competition = Competition(load_vocabulary(SHIPPED), self._texts, model.temperature)
-        exported = self.tower.size_px if isinstance(self.tower, ExportedTower) else None
-        self._frame_px = exported or CAMERA_PX
-        width, height = self._frame_px
+        width, height = CAMERA_PX
         self.encode(np.zeros((height, width, 3), np.uint8))
 
     def prepare(self, rgb: U8) -> F32:
@@ -191,7 +127,7 @@ class TorchEncoder:
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
         """See ``Encoder``: the mean of the patches that show the crop."""
-        image, mask = framed(rgb, self._frame_px)
+        image, mask = framed(rgb, CAMERA_PX)
         features = self.encode(image)
         vector = mean_feature(features, patch_shares(mask, *features.shape[:2]))
         return uncalibrated_queries(
