@@ -11,8 +11,6 @@ from __future__ import annotations
 from onemap.client import (
     Client,
     MapFiles,
-    QueryEvent,
-    QueryInterrupted,
     QueryOptions,
 )
 from onemap.connection import DEFAULT_URL, InvalidSetting, OneMapError, Retry, Unreachable
@@ -69,8 +67,6 @@ __all__ = [
     "ObjectOutcome",
     "OneMapError",
     "PlaceListReply",
-    "QueryEvent",
-    "QueryInterrupted",
     "QueryOptions",
     "QueryResult",
     "Region",

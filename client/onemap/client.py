@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import ssl
 from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from types import TracebackType
@@ -24,17 +24,14 @@ from onemap.connection import (
     InvalidSetting,
     OneMapError,
     Retry,
-    StreamInterrupted,
     Unreachable,
     trusted,
 )
 from onemap.place_replies import MapPlace, PlaceListReply
 from onemap.searches import NO_LIMITS, RemoteSearch, RemoteSearches, SearchLimits
 
-MAPS, OBJECTS, QUERIES, STANDING = "/v1/maps", "/v1/objects", "/v1/queries", "/v1/queries/events"
+MAPS, OBJECTS, QUERIES = "/v1/maps", "/v1/objects", "/v1/queries"
 PLACES = "/v1/places"
-QueryInterrupted = StreamInterrupted  # there are no answers at the moment
-QueryEvent = replies.QueryResult | QueryInterrupted
 Sought = str | Mapping[str, Any]  # a name or sentence, or {"text": "lamp", "near": "bed"}
 
 
@@ -203,13 +200,6 @@ class Client:
         """Where are they? The answers to several texts, in their order."""
         body = options.body(tuple(texts))
         return self._connection.fetch(replies.QueryListReply.of, "POST", QUERIES, body).answers
-
-    def follow_queries(
-        self, texts: Sequence[Sought], options: QueryOptions = NO_OPTIONS
-    ) -> Iterator[QueryEvent]:
-        """Standing queries: the answer to each text, and again whenever it changes, without end."""
-        body = options.body(tuple(texts))
-        return self._connection.follow(STANDING, "answer", replies.QueryResult.of, body)
 
     def search(
         self,

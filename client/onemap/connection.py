@@ -228,22 +228,18 @@ class Connection:
         return self._request("GET", path, None, timeout_s).content
 
     def follow(
-        self,
-        path: str,
-        event: str,
-        parse: Callable[[Mapping[str, Any]], Parsed],
-        body: Mapping[str, Any] | None = None,
+        self, path: str, event: str, parse: Callable[[Mapping[str, Any]], Parsed]
     ) -> Iterator[Parsed | StreamInterrupted]:
         """The data of each server-sent ``event``, and of each ``problem``, without end.
 
-        An interrupted stream is opened again, and each attempt that fails is told; body: of a
-        POST. Raises OneMapError if the stream is refused or the gateway stays away (see ``Retry``).
+        An interrupted stream is opened again, and each attempt that fails is told. Raises
+        OneMapError if the stream is refused or the gateway stays away (see ``Retry``).
         """
         failures = 0
         while True:
             failures += 1  # as long as no event comes
             try:
-                with closing(self._stream(path, body)) as chunks:
+                with closing(self._stream(path)) as chunks:
                     for message in stream_messages(chunks):
                         failures = 1
                         if message.event == event:
@@ -263,14 +259,12 @@ class Connection:
                     )
             time.sleep(self._retry.delay_s(failures))
 
-    def _stream(
-        self, path: str, body: Mapping[str, Any] | None = None
-    ) -> Generator[bytes, None, None]:
-        """The body of a reply that has no end, as it comes; to a POST if there is a ``body``."""
-        method, timeout = "POST" if body else "GET", httpx.Timeout(self._timeout_s, read=SILENCE_S)
+    def _stream(self, path: str) -> Generator[bytes, None, None]:
+        """The body of a reply that has no end, as it comes."""
+        timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
         with (
             self._as_errors(SILENCE_S),
-            self._http.stream(method, path, json=body, timeout=timeout) as reply,
+            self._http.stream("GET", path, timeout=timeout) as reply,
         ):
             if not reply.is_success:
                 reply.read()

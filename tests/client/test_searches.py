@@ -14,8 +14,6 @@ from onemap import (
     Client,
     InvalidSetting,
     OneMapError,
-    QueryOptions,
-    QueryResult,
     Retry,
     SearchChanged,
     SearchEvent,
@@ -23,7 +21,7 @@ from onemap import (
     SearchLimits,
 )
 from onemap_shared.messages import SearchState
-from tests.gateway.fakes import FakeMapper, FakePlanner
+from tests.gateway.fakes import FakePlanner
 
 REPORT: dict[str, Any] = {
     "id": "s1",
@@ -175,18 +173,3 @@ def test_limits_are_part_of_the_request(client: Client, planner: FakePlanner) ->
 def test_a_limit_that_is_none_is_refused_here(value: float) -> None:
     with pytest.raises(InvalidSetting, match=r"max_time_s is .*: a limit must be positive"):
         SearchLimits(max_time_s=value)
-
-
-def test_standing_queries_are_answered(client: Client, mapper: FakeMapper) -> None:
-    options = QueryOptions(max_regions=1, negatives=("kettle",), area_m=(0, -1, 2, 3))
-    answers = list(islice(client.follow_queries(["sofa", "kite"], options), 2))
-    assert [
-        (each.text, len(each.regions)) for each in answers if isinstance(each, QueryResult)
-    ] == [
-        ("sofa", 1),
-        ("kite", 0),
-    ]
-    asked = mapper.asked[-1]
-    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
-    with pytest.raises(OneMapError, match="flurb"):
-        next(client.follow_queries(["flurb"]))

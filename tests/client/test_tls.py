@@ -107,5 +107,5 @@ def test_a_stream_that_ends_without_an_event_is_given_up() -> None:
         Client(retry=Retry(0.0, 0.0, attempts=3), transport=transport) as client,
         pytest.raises(OneMapError, match="without an event"),
     ):
-        list(client.follow_queries(["sofa"]))
+        list(client._connection.follow("/events", "status", dict))
     assert len(asked) == 4

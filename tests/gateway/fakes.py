@@ -34,7 +34,7 @@ from tests.memory_bus import MemoryRouter
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000
 PICTURE = b"\xff\xd8 a JPEG \xff\xd9"
-QUICK = Paces(2.0, live_period_s=0.02, poll_s=0.01, ask_planner_s=0.05, ask_map_s=0.0)
+QUICK = Paces(2.0, live_period_s=0.02, poll_s=0.01, ask_planner_s=0.05)
 WAIT_S = 60.0  # far more than any message needs; a failure, not a pace
 
 

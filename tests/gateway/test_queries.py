@@ -1,32 +1,20 @@
-"""Queries over HTTP, and standing ones as events and over a socket."""
+"""Queries over HTTP."""
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import AsyncIterator, Callable
-from dataclasses import replace
-from typing import Any
 
-import anyio
 import pytest
-from fastapi.sse import ServerSentEvent
 from starlette.testclient import TestClient
 
-from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.routes.queries import query_events
-from onemap_gateway.http.schemas import QueryRequest
 from onemap_shared import keys
-from onemap_shared import messages as m
 from onemap_shared.messages import MAX_IMAGE_BYTES
-from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import (
     FakeMapper,
     client_of,
     client_on,
     gateway_on,
-    next_event,
     odometry,
-    revision,
     state_reached,
 )
 from tests.memory_bus import MemoryRouter
@@ -97,89 +85,3 @@ def test_an_image_is_asked_for_as_a_text_is(router: MemoryRouter, written: str) 
     assert (reply["text"], reply["calibrated"]) == ("image", False)
     assert reply["sentence"].startswith("What the image shows is at (0.35, 1.15) m")
     mapper.bus.close()
-
-
-Events = AsyncIterator[ServerSentEvent]
-
-
-class ChangingMapper(FakeMapper):
-    """A mapper whose best region moves, and whose revisions are announced."""
-
-    moved_m = 0.0
-    empty = False
-
-    def similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
-        if self.empty:
-            raise RequestRejected("empty_map", "the map is empty: nothing has been seen yet")
-        reply = super().similarity(request)
-        return replace(reply, centres_m=reply.centres_m + self.moved_m)
-
-    def announce(self, number: int) -> None:
-        self.bus.publish(keys.MAP_REVISION).put(revision(number))
-
-
-def listen(
-    router: MemoryRouter, texts: list[str], scenario: Callable[[GatewayContext, Events], Any]
-) -> None:
-    with gateway_on(router) as gateway:
-        events = query_events(gateway, QueryRequest.model_validate({"texts": texts}))
-        anyio.run(scenario, gateway, events)
-
-
-def test_each_text_is_answered_and_again_only_when_it_changes(router: MemoryRouter) -> None:
-    mapper = ChangingMapper(router)
-
-    async def scenario(gateway: GatewayContext, events: Events) -> None:
-        first = [(await next_event(events))[1] for _ in range(2)]
-        assert [(one["text"], one["verdict"]) for one in first] == [
-            ("sofa", "found"),
-            ("kite", "not_looked_yet"),
-        ]
-        for number, moved_m in ((1, 0.0), (2, 0.05), (3, 0.3)):
-            mapper.moved_m = moved_m
-            mapper.announce(number)
-            await anyio.to_thread.run_sync(
-                state_reached,
-                gateway.cache,
-                lambda state, wanted=number: (
-                    state.revision and state.revision.message.revision == wanted
-                ),
-            )
-            if number == 3:
-                name, changed = await next_event(events)
-                assert (name, changed["text"]) == ("answer", "sofa")
-                assert changed["regions"][0]["centre_m"] == pytest.approx([0.65, 1.45])
-
-    listen(router, ["sofa", "kite"], scenario)
-
-
-def test_an_empty_map_is_a_problem_that_passes(router: MemoryRouter) -> None:
-    mapper = ChangingMapper(router)
-    mapper.empty = True
-
-    async def scenario(_gateway: GatewayContext, events: Events) -> None:
-        name, problem = await next_event(events)
-        assert (name, problem["status"]) == ("problem", 409)
-        mapper.empty = False
-        name, answer = await next_event(events)
-        assert (name, answer["text"]) == ("answer", "sofa")
-
-    listen(router, ["sofa"], scenario)
-
-
-@pytest.mark.parametrize(
-    ("body", "reason"),
-    [
-        ({}, "text"),
-        ({"text": "flurb"}, "flurb"),
-        ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
-        ({"texts": ["sofa"] * 21}, "texts"),
-        ({"image": IMAGE}, "'image' is for POST /v1/queries"),
-    ],
-)
-def test_what_cannot_be_followed_is_refused_before_the_stream(
-    client: TestClient, body: dict[str, Any], reason: str
-) -> None:
-    answer = client.post("/v1/queries/events", json=body)
-    assert answer.status_code == 422
-    assert reason in answer.json()["detail"]

@@ -103,7 +103,6 @@ def test_without_a_token_only_the_page_and_the_checks_are_public(locked: TestCli
     [
         ("look_token", "GET /v1/map", True),
         ("look_token", "HEAD /v1/map", True),
-        ("look_token", "POST /v1/queries/events", True),
         ("look_token", "POST /v1/map.png", True),
         ("look_token", "POST /v1/searches", False),
         ("look_token", "DELETE /v1/searches/s1", False),

@@ -18,7 +18,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from onemap import Client, MapObject, OneMapError, QueryInterrupted, QueryResult
+from onemap import Client, MapObject, OneMapError, QueryResult
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
 from onemap_tools import gateway
@@ -445,17 +445,3 @@ def test_a_query_says_its_verdict_and_where_it_is(console: Console) -> None:
         "was not seen, but only 62 % of the reachable area was looked at",
     ):
         assert part in said
-
-
-def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str]) -> None:
-    results = [QueryResult.of(each) for each in (ABSENT, FOUND)]
-    away = QueryInterrupted("The mapper is away.")
-    remote.follow_query([results[0], away, results[1]], as_json=True)
-    said = capsys.readouterr()
-    assert [json.loads(line)["text"] for line in said.out.splitlines()] == [
-        "piano",
-        "where is the sofa?",
-    ]
-    assert "The mapper is away." in said.err
-    remote.follow_query(results, as_json=False)
-    assert "'sofa' is in the living room" in capsys.readouterr().out

@@ -42,9 +42,6 @@ Negatives = Annotated[
 Area = Annotated[
     str, typer.Option(help="Only in this part of the map: x_min,y_min,x_max,y_max in metres.")
 ]
-Follow = Annotated[
-    bool, typer.Option("--follow", help="Answer again whenever the answer changes, until Ctrl-C.")
-]
 app = typer.Typer()
 
 
@@ -58,7 +55,6 @@ def query(
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
     negative: Negatives = None,
     area: Area = "",
-    follow: Follow = False,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
@@ -80,15 +76,10 @@ def query(
         several = len(listed_sentences(words)) > 1
     except ValueError as problem:
         raise typer.BadParameter(f"{problem}") from problem
-    if bool(words) == (image is not None) or (image is not None and (negative or follow)):
-        raise typer.BadParameter("name an object, or give --image without --not and --follow")
+    if bool(words) == (image is not None) or (image is not None and negative):
+        raise typer.BadParameter("name an object, or give --image without --not")
     crop = None if image is None else remote.read_crop(image)
     with gateway_client(url, token) as gateway:
-        if follow:
-            try:
-                remote.follow_query(gateway.follow_queries([words], options), as_json=as_json)
-            except KeyboardInterrupt:
-                return
         if crop is not None:
             results = [gateway.query_image(crop, options)]
         elif several:

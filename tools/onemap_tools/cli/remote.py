@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from onemap import Client, OneMapError, QueryEvent, QueryInterrupted, RemoteSearch
+from onemap import Client, OneMapError, RemoteSearch
 from onemap_shared.messages import SearchState, check_image
-from onemap_tools.cli.terminal import print_json, progress_console, result_console
 from onemap_tools.errors import (
     EXIT_FAILED,
     EXIT_INTERRUPTED,
@@ -180,17 +179,6 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
 def _checked(condition: dict[str, str]) -> str:
     """A condition of the description, and whether it holds there."""
     return f"{condition['what']}: {condition['holds'].replace('_', ' ')}, {condition['evidence']}"
-
-
-def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:
-    """Print each answer as it comes, with JSON one object in a line; ends by Ctrl-C."""
-    for event in events:
-        if isinstance(event, QueryInterrupted):
-            progress_console().print(event.detail, soft_wrap=True)
-        elif as_json:
-            print_json(dict(event.document))
-        else:
-            describe_query(dict(event.document), result_console(as_json))
 
 
 def describe_searches(reply: dict[str, Any], console: Console) -> None:

@@ -50,7 +50,7 @@ class Paces:
     themselves wait up to 2 s for perception, then report it missing. start_s: for all calls of a
     request that moves the robot; clients wait 5 s. ready_within_s: since a frame
     reached the map. live_period_s: between two states on /v1/live; the page interpolates. Streams
-    look every poll_s for what is new, and ask the planner and the map as often as said.
+    look every poll_s for what is new, and ask the planner as often as said.
     """
 
     call_timeout_s: float = 3.0
@@ -58,7 +58,6 @@ class Paces:
     live_period_s: float = 0.2
     poll_s: float = 0.1
     ask_planner_s: float = 2.0
-    ask_map_s: float = 0.5
     start_s: float = 4.0
 
 

@@ -288,16 +288,6 @@ def _described(
     return [Described.model_validate({**parts, "text": single})]
 
 
-class StandingRequest(QueryRequest):
-    """A query in words whose answers are sent again whenever they change."""
-
-    @model_validator(mode="after")
-    def _in_words(self) -> StandingRequest:
-        if self.image is not None:
-            raise ValueError("'image' is for POST /v1/queries: leave it out of a stream")
-        return self
-
-
 class ComparedImage(RequestModel):
     """What the cells of the map are compared with."""
 

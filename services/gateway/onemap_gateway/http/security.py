@@ -29,7 +29,7 @@ PUBLIC_PATHS = frozenset({"/", "/docs", "/openapi.json", "/favicon.ico", "/healt
 PUBLIC_FOLDER = "/static/"
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 # Requests that change nothing by themselves. Each tool of an agent checks the role it needs.
-LOOKING = frozenset(("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/v1/map.png"))
+LOOKING = frozenset(("POST", path) for path in ("/v1/queries", "/v1/map.png"))
 AGENTS = ("POST", "/mcp")
 
 WRONG_TOKEN_S = 1.0  # until it is answered: pages with an old token ask again and again

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import dist, floor, isfinite
+from math import floor, isfinite
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,6 @@ from onemap_gateway.present.replies import age_s, reply_of
 from onemap_shared.grid import onto
 from onemap_shared.messages import Holds, SearchView, SimilarityReply, Verdict, Whereabouts, wrong
 
-MOVED_M = 0.1  # a cell of the default size
-CHANGED_SCORE = 0.05
 IMAGE_SUBJECT = "what the image shows"  # in sentences, where a text is quoted
 
 
@@ -49,24 +47,6 @@ def with_scores(view: SearchView, reply: SimilarityReply) -> SearchView:
     """The view with the scores of a reply with a grid, which may be of another revision."""
     similarity = onto(view.grid, reply.grid, reply.scores_grid, np.nan)
     return replace(view, text=reply.text, similarity=similarity)
-
-
-def differ(a: replies.QueryResult, b: replies.QueryResult) -> bool:
-    """Whether two answers to a text differ by more than the map's noise.
-
-    Another verdict, another number of regions, or one that moved, scores or is told otherwise.
-    """
-    if (a.verdict, _words(a)) != (b.verdict, _words(b)):
-        return True
-    return any(
-        dist(one.centre_m, other.centre_m) > MOVED_M or abs(one.score - other.score) > CHANGED_SCORE
-        for one, other in zip(a.regions, b.regions, strict=True)
-    )
-
-
-def _words(answer: replies.QueryResult) -> list[Any]:
-    """Of each region where it is in words, and which conditions hold."""
-    return [(each.where, [c.holds for c in each.conditions]) for each in answer.regions]
 
 
 def _region(reply: SimilarityReply, index: int) -> replies.Region:
