@@ -4,14 +4,11 @@ import struct
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from onemap_ros2 import cdr
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display import TOPICS, VIEWS, Display
 from onemap_ros2.display_messages import (
-    belief_grid,
-    detection_array,
     marker_array,
     occupancy_grid,
     similarity_grid,
@@ -80,8 +77,8 @@ def test_views_show_the_present_object_at_a_bounded_rate_and_what_changed() -> N
     screen.run(3)
     assert screen.asked.count("sofa") == 3
     sent = {name: len(screen.writer(name).sent) for name in VIEWS}
-    assert sent == {"belief": 3, "map": 1, "similarity": 3}
-    assert cdr.decode(screen.writer("belief").sent[0], cdr.GRID).info.width == 3
+    assert sent == {"map": 1, "similarity": 3}
+    assert cdr.decode(screen.writer("map").sent[0], cdr.GRID).info.width == 3
     screen.run(3, revise=False)
     assert screen.asked.count("sofa") == 4  # once for the last revision
 
@@ -91,10 +88,10 @@ def test_who_listens_later_gets_the_view_though_nothing_changed() -> None:
     similarity = screen.writer("similarity")
     similarity.has_subscribers = False
     screen.run(2, revise=False)
-    assert (len(screen.writer("belief").sent), similarity.sent) == (1, [])
+    assert (len(screen.writer("map").sent), similarity.sent) == (1, [])
     similarity.has_subscribers = True
     screen.run(2, revise=False)
-    assert (len(screen.writer("belief").sent), len(similarity.sent)) == (1, 1)
+    assert (len(screen.writer("map").sent), len(similarity.sent)) == (1, 1)
 
 
 def test_a_word_is_shown_until_an_empty_one_and_an_unknown_one_hides_nothing() -> None:
@@ -186,7 +183,6 @@ def golden(values: bytes) -> bytes:
 
 
 def test_grids_have_their_rows_along_y_lowest_first() -> None:
-    assert belief_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 30, 30, 100, 30))
     percent = struct.pack("6b", -1, 100, -1, 25, 0, 50)  # -1 where nothing was observed
     assert similarity_grid(view(), "map") == golden(percent)
     assert occupancy_grid(view(), "map") == golden(struct.pack("6b", -1, 0, 0, 0, 100, 0))
@@ -215,19 +211,3 @@ def test_markers_show_finds_regions_and_frontiers_after_deleting_all() -> None:
     assert [(point.x, point.y) for point in frontiers.points] == [(1.0, 1.0), (3.0, 1.0)]
     assert {each.header.frame_id for each in rest} == {"map"}
     assert all(each.action == 0 and each.scale.x > 0 and each.color.a > 0 for each in rest)
-
-
-@pytest.mark.parametrize(
-    ("height_m", "middle_m", "size_m"), [((), 0.4, 0.0), ((0.3, 1.9), 1.1, 1.6)]
-)
-def test_a_detection_has_id_name_score_the_extent_of_its_cells_and_known_heights(
-    height_m: tuple[float, ...], middle_m: float, size_m: float
-) -> None:
-    kept = replace(KEPT, height_m=height_m)
-    (found,) = cdr.decode(detection_array([kept], 7, "map"), cdr.DETECTION_ARRAY).detections
-    hypothesis, box = found.results[0].hypothesis, found.bbox
-    assert (found.id, hypothesis.class_id, hypothesis.score) == ("id1", "sofa", 0.75)
-    assert found.results[0].pose.pose.position.z == 0.4  # where it was detected
-    assert (box.center.position.x, box.center.position.y) == (1.1, 2.0)
-    assert (box.center.position.z, box.size.z) == pytest.approx((middle_m, size_m))
-    assert (box.size.x, box.size.y) == pytest.approx((1.2, 1.0))

@@ -29,8 +29,7 @@ def test_rviz_shows_all_that_the_adapter_publishes_and_it_can() -> None:
     displays = config["Visualization Manager"]["Displays"]
     shown = {each["Topic"]["Value"]: each for each in displays if "Topic" in each}
     types = {topic: SHOWS[each["Class"].split("/")[-1]] for topic, each in shown.items()}
-    # detections need a plug-in of vision_msgs; their finds are markers too
-    for_machines = {cdr.DETECTION_ARRAY, cdr.FILTER_INFO}
+    for_machines = {cdr.FILTER_INFO}
     assert types == {f"/onemap/{n}": k for n, k in TOPICS.items() if k not in for_machines}
     assert {each["Topic"]["Durability Policy"] for each in shown.values()} == {"Transient Local"}
     assert {each["Class"].split("/")[0] for each in displays} == {"rviz_default_plugins"}

@@ -21,7 +21,7 @@ import yaml
 
 from onemap_ros2.cdr import GRID, STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.display_messages import belief_grid
+from onemap_ros2.display_messages import occupancy_grid
 from onemap_ros2.service import join as join_robot
 from onemap_shared import keys
 from onemap_shared.messages import SearchRequest, SearchState, SearchStatus, VelocityCommand
@@ -197,9 +197,9 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
     mapper = join(router, "mapper")
     mapper.serve(keys.MAP_SEARCH_VIEW, lambda _: view())
     viewer = fake_robot.FORMS[form](router.endpoint)
-    viewer.subscribe("/onemap/belief", GRID, grids.put, latched=True)
+    viewer.subscribe("/onemap/map", GRID, grids.put, latched=True)
     first = eventually(newest)
-    assert first == belief_grid(view(), "odom")
+    assert first == occupancy_grid(view(), "odom")
     mapper.close()
     viewer.session.close()
     while not grids.empty():
@@ -207,7 +207,7 @@ def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form
     later = fake_robot.FORMS[form](
         router.endpoint
     )  # nobody computes a grid any more: it is remembered
-    later.subscribe("/onemap/belief", GRID, grids.put, latched=True)
+    later.subscribe("/onemap/map", GRID, grids.put, latched=True)
     assert eventually(newest) == first
     start_and_cancel(planner, later)
     later.session.close()

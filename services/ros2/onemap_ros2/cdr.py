@@ -1,7 +1,7 @@
 """ROS 2 messages, their types and their bytes (CDR), by rosbags: no ROS 2 is needed.
 
 The definitions are those of Jazzy. What the adapter uses has had the same layout from Jazzy on;
-type hashes are checked where a robot announces its own. rosbags lacks vision_msgs 4 and nav2's
+type hashes are checked where a robot announces its own. rosbags lacks nav2's
 action, whose types are generated as rosidl does it, and all services.
 """
 
@@ -32,7 +32,6 @@ GRID = "nav_msgs/msg/OccupancyGrid"
 FILTER_INFO = "nav2_msgs/msg/CostmapFilterInfo"
 PATH = "nav_msgs/msg/Path"
 MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
-DETECTION_ARRAY = "vision_msgs/msg/Detection3DArray"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 STRING = "std_msgs/msg/String"
 TRIGGER = "std_srvs/srv/Trigger"
@@ -47,7 +46,7 @@ BASES = {"bool", "uint8", "int8", "int16", "uint16", "float32", "float64", "stri
 UUID, TIME = "unique_identifier_msgs/msg/UUID", "builtin_interfaces/msg/Time"
 DURATION, GOAL_INFO = "builtin_interfaces/msg/Duration", "action_msgs/msg/GoalInfo"
 POSE, POINT = "geometry_msgs/msg/Pose", "geometry_msgs/msg/Point"
-HEADER, VISION = "std_msgs/msg/Header", "vision_msgs/msg"
+HEADER = "std_msgs/msg/Header"
 SERVICE_EVENT = "service_msgs/msg/ServiceEventInfo"
 SEND_GOAL, GET_RESULT = f"{NAVIGATE}_SendGoal", f"{NAVIGATE}_GetResult"
 CANCEL_GOAL = "action_msgs/srv/CancelGoal"
@@ -55,19 +54,6 @@ FEEDBACK = f"{NAVIGATE}_FeedbackMessage"
 Fields = dict[str, str]  # names to types; [] a sequence, [<=1] a bounded one
 
 MESSAGES: dict[str, Fields] = {
-    f"{VISION}/ObjectHypothesis": {"class_id": "string", "score": "float64"},
-    f"{VISION}/ObjectHypothesisWithPose": {
-        "hypothesis": f"{VISION}/ObjectHypothesis",
-        "pose": "geometry_msgs/msg/PoseWithCovariance",
-    },
-    f"{VISION}/BoundingBox3D": {"center": POSE, "size": "geometry_msgs/msg/Vector3"},
-    f"{VISION}/Detection3D": {
-        "header": HEADER,
-        "results": f"{VISION}/ObjectHypothesisWithPose[]",
-        "bbox": f"{VISION}/BoundingBox3D",
-        "id": "string",
-    },
-    f"{VISION}/Detection3DArray": {"header": HEADER, "detections": f"{VISION}/Detection3D[]"},
     FILTER_INFO: {
         "header": HEADER,
         "type": "uint8",

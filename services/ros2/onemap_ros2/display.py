@@ -11,8 +11,6 @@ import numpy as np
 from onemap_ros2 import cdr
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.display_messages import (
-    belief_grid,
-    detection_array,
     keepout_info,
     keepout_mask,
     marker_array,
@@ -39,18 +37,15 @@ from onemap_shared.transport import Bus, CallError, RemoteError
 LOG = logging.getLogger("onemap.ros2")
 TICK_S = 0.1
 MAP_PERIOD_S = 1.0  # each grid is a question to the mapper and a message of a byte per cell
-MARKER_PERIOD_S = 0.5  # of markers, detections and paths; the planner plans four times a second
+MARKER_PERIOD_S = 0.5  # of markers and paths; the planner plans four times a second
 VIEWS: dict[str, Callable[[SearchView, str], bytes]] = {
-    "belief": belief_grid,
     "map": occupancy_grid,
     "similarity": similarity_grid,
 }
 TOPICS = {
-    "belief": cdr.GRID,
     "map": cdr.GRID,
     "similarity": cdr.GRID,
     "markers": cdr.MARKER_ARRAY,
-    "detections": cdr.DETECTION_ARRAY,
     "path": cdr.PATH,
     "keepout_mask": cdr.GRID,
     "keepout_info": cdr.FILTER_INFO,
@@ -112,7 +107,7 @@ class Display:
         if due and now_s >= self._next_map_s:
             self._next_map_s = now_s + MAP_PERIOD_S
             self._publish_views(due)
-        if now_s >= self._next_markers_s and self._has_subscribers("markers", "detections", "path"):
+        if now_s >= self._next_markers_s and self._has_subscribers("markers", "path"):
             self._next_markers_s = now_s + MARKER_PERIOD_S
             self._take_objects()
             if self._changed:
@@ -219,5 +214,4 @@ class Display:
     def _publish_marks(self) -> None:
         stamp_ns, frame = self._stamp_ns(), self._config.map_frame
         self._writers["markers"].put(marker_array(self._objects, self._path, stamp_ns, frame))
-        self._writers["detections"].put(detection_array(self._objects, stamp_ns, frame))
         self._writers["path"].put(path_message(self._path, stamp_ns, frame))

@@ -19,17 +19,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.places import Zones
 
-UNKNOWN, FREE, UNEXPLORED, OCCUPIED = -1, 0, 30, 100  # 30: free, and not looked at well enough
-
-
-def belief_grid(view: SearchView, frame: str) -> bytes:
-    """What is known of each cell: -1 nothing, 0 free and explored, 30 free, 100 occupied."""
-    free, explored = view.occupancy == Occupancy.FREE, (view.layers & Layer.EXPLORED) > 0
-    values = np.full(view.grid.shape, UNKNOWN, np.int8)
-    values[free] = UNEXPLORED
-    values[free & explored] = FREE
-    values[view.occupancy == Occupancy.OCCUPIED] = OCCUPIED
-    return _grid(view.grid, view.stamp_ns, values, frame)
+UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
 
 def occupancy_grid(view: SearchView, frame: str) -> bytes:
@@ -174,30 +164,6 @@ def _marker(head: object, mark: Mark) -> object:
         cdr.new("visualization_msgs/msg/MeshFile", "", nothing),
         False,
     )
-
-
-def detection_array(objects: Iterable[KeptObject], stamp_ns: int, frame: str) -> bytes:
-    """One detection per kept object, with its id, name and score.
-
-    The box has the extent of the cells that the object was seen on, and its heights. Where the map
-    does not know them, the box is flat, at the middle of the object.
-    """
-    head = cdr.header(stamp_ns, frame)
-    found = [_detection(head, kept) for kept in objects]
-    return cdr.encode(cdr.new(cdr.DETECTION_ARRAY, head, found), cdr.DETECTION_ARRAY)
-
-
-def _detection(head: object, kept: KeptObject) -> object:
-    x0, y0, x1, y1 = kept.extent_m
-    x, y, z = kept.position_m
-    low, high = kept.height_m or (z, z)
-    hypothesis = cdr.new("vision_msgs/msg/ObjectHypothesis", kept.name, kept.score)
-    seen = cdr.new("geometry_msgs/msg/PoseWithCovariance", cdr.pose(x, y, z), np.zeros(36))
-    result = cdr.new("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, seen)
-    middle = cdr.pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
-    size = cdr.new(VECTOR, x1 - x0, y1 - y0, high - low)
-    box = cdr.new("vision_msgs/msg/BoundingBox3D", middle, size)
-    return cdr.new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
 
 
 def path_message(path: PlannedPath | None, stamp_ns: int, frame: str) -> bytes:
