@@ -27,7 +27,6 @@ MethodName = Literal[
     "onemap_reset",
     "onemap_no_consensus",
     "vlfm",
-    "esc",
     "nearest_frontier",
     "oracle",
 ]

@@ -9,27 +9,16 @@ VLFM's value map (Yokoyama et al., 2023, "VLFM: Vision-Language Frontier Maps") 
 cell for one query: the cosine of the whole image and the text is written to all cells in view; the
 confidence is cos^2 of the angle to the optical axis, scaled to 0 at the edge of the image. The
 image's embedding is the mean of its patches' features.
-
-ESC (Zhou et al., 2023, "ESC: Exploration with Soft Commonsense Constraints") drives to the frontier
-that soft logic chooses by three kinds of rules: near an object or in a room that the sought object
-keeps company with, not near others, and near the robot. Where what was detected is there for
-certain, its rules add up to 2 p - 1 for each object and room of company p, and to twice the share
-that the way leaves. Its authors ask a language model for p; here it is the rank of the cosine of
-the text embeddings among the objects, or rooms: ESC's method without its language model.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import rankdata
 
 from onemap_mapper.query.replies import NO_GRID, NO_RANKS
-from onemap_perception.config import SHIPPED
-from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import SAME_GOAL_M, Goal, SearchAreas, frontier_goals
@@ -44,22 +33,15 @@ from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec, onto
 from onemap_shared.messages import (
-    Detections,
     FeatureField,
     SearchState,
     SearchView,
     TextEmbeddings,
 )
-from onemap_shared.sentence import ROOM_WORDS
 from onemap_tools.bench.options import MethodName
 
 VALUE_RADIUS_M = 0.5  # around a frontier, as the authors' code
 EXTENT_M = 80.0  # side of the value map, around the origin: any apartment
-# ESC's: metres from a frontier to an object near it, and to each side for the room it is in, as its
-# code; metres beyond the nearest that count, and their weight.
-BESIDE_M, IN_ROOM_M = 1.6, 0.6
-SHORT_M, SHORT_WEIGHT = 10.0, 2.0
-COMPANY_SIGHTINGS = 3  # of a name in a square metre before it counts: one may be an error
 RANGE_M = 8.0  # the camera's; a wall nearer than this ends the view
 ANY_DETECTION = Consensus(percentile=0.0, floor=0.0)  # any cell of a detection counts
 
@@ -93,12 +75,6 @@ def search_method(method: MethodName, cell_size_m: float) -> SearchMethod:
         case "vlfm":
             values = ConfidenceValueMap(cell_size_m)
             return SearchMethod(BEST_VALUE, ANY_DETECTION, value_map=values, forgets=True)
-        case "esc":
-            company = CompanyMap(cell_size_m)
-            chosen = FrontierExploration(company.rank, margin=float("inf"))  # until it is visited
-            return SearchMethod(
-                chosen, ANY_DETECTION, without_similarity, value_map=company, forgets=True
-            )
         case _:
             return ONEMAP
 
@@ -203,12 +179,7 @@ def _idle(state: PlannerState) -> Event | None:
 
 
 class ConfidenceValueMap:
-    """Scores of cells for one object, from all frames since the last ``clear``.
-
-    names: of what else it wants to be detected.
-    """
-
-    names: tuple[str, ...] = ()
+    """Scores of cells for one object, from all frames since the last ``clear``."""
 
     def __init__(self, cell_size_m: float) -> None:
         half = round(EXTENT_M / 2 / cell_size_m)
@@ -220,13 +191,12 @@ class ConfidenceValueMap:
         self._value = np.zeros(self._grid.shape, np.float32)
         self._confidence = np.zeros(self._grid.shape, np.float32)
 
-    def add(self, field: FeatureField, queries: TextEmbeddings, _: Detections | None) -> None:
-        """Write the image's score to the cells in view; weights are confidences (VLFM, Eq. 2).
-
-        queries: of the object, and of ``names`` as far as they are known; the detections are of
-        ``names``, None without any.
-        """
-        score = self._score(field, queries)
+    def add(self, field: FeatureField, query: TextEmbeddings) -> None:
+        """Write the image's score, (1 + cosine) / 2 of its mean feature and the text of ``query``,
+        to the cells in view; weights are confidences (VLFM, Eq. 2)."""
+        mean = field.features.astype(np.float32).mean(axis=(0, 1))
+        cosine = query.embeddings[0] @ mean / max(float(np.linalg.norm(mean)), 1e-6)
+        score = (1 + float(cosine)) / 2
         camera = field.T_map_camera[:2, 3]
         corner = self._grid.cells(camera - RANGE_M)
         low = np.clip(corner, 0, self._grid.shape)
@@ -246,85 +216,6 @@ class ConfidenceValueMap:
         layers = (self._value, self._confidence)
         value, confidence = (onto(view.grid, self._grid, layer) for layer in layers)
         return scored_view(view, np.where(confidence > 0, value, np.float32(np.nan)))
-
-    def _score(self, field: FeatureField, queries: TextEmbeddings) -> float:
-        """(1 + cosine) / 2 of the image and the object."""
-        return (1 + float(image_cosines(field, queries)[0])) / 2
-
-
-class CompanyMap(ConfidenceValueMap):
-    """ESC's: the company of the room in view, and of the objects that were detected."""
-
-    names = (*load_vocabulary(SHIPPED).names, *sorted(ROOM_WORDS))
-
-    def clear(self) -> None:
-        """Forget all frames."""
-        super().clear()
-        self._sightings: Counter[tuple[str, int, int]] = Counter()
-        self._objects: dict[tuple[str, int, int], tuple[F64, float]] = {}
-
-    def add(self, field: FeatureField, queries: TextEmbeddings, seen: Detections | None) -> None:
-        """Take what a frame shows; ``queries`` as for the room, ``seen`` of ``names``."""
-        super().add(field, queries, seen)
-        company = company_of(queries)
-        if seen is None:
-            return
-        for number, name in enumerate(seen.names):
-            points = seen.points_map[seen.point_owner == number, :2]
-            if name == queries.texts[0] or name in ROOM_WORDS or not len(points):
-                continue
-            middle = np.median(points, axis=0).astype(np.float64)
-            x, y = np.rint(middle).astype(int).tolist()
-            self._sightings[name, x, y] += 1
-            if self._sightings[name, x, y] >= COMPANY_SIGHTINGS:
-                self._objects[name, x, y] = middle, company[name]
-
-    def view(self, view: SearchView) -> SearchView:
-        """The view as it is: frontiers are ranked, not cells."""
-        return view
-
-    def rank(self, goal: Goal, _: PlanningContext) -> float:
-        """What ESC's rules add up to for a frontier."""
-        beside = {
-            name: company
-            for (name, *_), (place, company) in self._objects.items()
-            if np.linalg.norm(place - goal.look_xy) <= BESIDE_M
-        }
-        too_far = np.clip((goal.utility.travel_m - BESIDE_M) / SHORT_M, 0.0, 1.0)
-        return sum(beside.values()) + self._room(goal) + SHORT_WEIGHT * (1.0 - float(too_far))
-
-    def _room(self, goal: Goal) -> float:
-        """The company of the room around a frontier, by confidence; 0 where none was in view."""
-        x, y = self._grid.cells(np.asarray(goal.look_xy))
-        reach = round(IN_ROOM_M / self._grid.cell_size_m)
-        box = slice(max(x - reach, 0), x + reach + 1), slice(max(y - reach, 0), y + reach + 1)
-        weights = self._confidence[box]
-        return float((weights * self._value[box]).sum() / max(float(weights.sum()), 1e-9))
-
-    def _score(self, field: FeatureField, queries: TextEmbeddings) -> float:
-        """The company of the room that the image is most like."""
-        rooms = [row for row, text in enumerate(queries.texts) if text in ROOM_WORDS]
-        cosines = image_cosines(field, queries)
-        return company_of(queries)[queries.texts[max(rooms, key=lambda row: cosines[row])]]
-
-
-def company_of(queries: TextEmbeddings) -> dict[str, float]:
-    """From -1 to 1 for each text: rank of its cosine to the first text among rooms, or objects."""
-    rows = queries.embeddings / np.linalg.norm(queries.embeddings, axis=1, keepdims=True)
-    texts, cosines = np.array(queries.texts), rows @ rows[0]
-    are_rooms = np.array([text in ROOM_WORDS for text in queries.texts])
-    company: dict[str, float] = {}
-    for kind in (are_rooms, ~are_rooms):
-        ranks = 2 * (rankdata(cosines[kind]) - 1) / max(int(kind.sum()) - 1, 1) - 1
-        company |= dict(zip(texts[kind].tolist(), ranks.tolist(), strict=True))
-    return company
-
-
-def image_cosines(field: FeatureField, queries: TextEmbeddings) -> F32:
-    """Cosines (Q,) of the mean feature and the texts."""
-    mean = field.features.astype(np.float32).mean(axis=(0, 1))
-    cosines: F32 = queries.embeddings @ mean / max(float(np.linalg.norm(mean)), 1e-6)
-    return cosines
 
 
 def view_confidence(places_m: F64, field: FeatureField) -> F32:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from math import dist
 from typing import Protocol, TypeVar, cast
 
-from onemap_perception.service import PerceptionComponents
-from onemap_perception.target_detection import Target, detect_in_frame, make_target
+from onemap_perception.encoders.protocol import ImageEncoder
+from onemap_perception.target_detection import make_target
 from onemap_planner.method import PlanningMethod
 from onemap_planner.policy.outcome import Observation, Outcome
 from onemap_planner.policy.params import PlannerParams
@@ -106,32 +106,18 @@ class ComparedMethod(PlanningMethod):
 class ValueMapper:
     """Feeds a method's value map with what perception publishes of the frames."""
 
-    def __init__(self, values: ConfidenceValueMap, perception: PerceptionComponents) -> None:
-        self._values, self._perception = values, perception
-        self._wanted: dict[str, Target] = {}  # by the object's name
-        self._frames: dict[int, m.RgbdFrame] = {}  # by sequence, that were not encoded yet
+    def __init__(self, values: ConfidenceValueMap, encoder: ImageEncoder) -> None:
+        self._values, self._encoder = values, encoder
+        self._queries: dict[str, m.TextEmbeddings | None] = {}  # None: an unknown word
 
     def hear(self, key: str, packet: Packet, name: str) -> None:
         """Take a message; name: of the object that is sought, empty without one."""
-        if key == keys.ROBOT_RGBD.key and self._values.names:
-            frame = decode(m.RgbdFrame, packet)
-            self._frames[frame.sequence] = frame
-        elif key == keys.FIELD.key and name:
-            self._add(decode(m.FeatureField, packet), name)
-
-    def _add(self, field: m.FeatureField, name: str) -> None:
-        perception, values = self._perception, self._values
-        if name not in self._wanted:
-            self._wanted[name] = make_target(perception.encoder, name, values.names)
-        wanted = self._wanted[name]
-        if wanted.queries is None:
+        if key != keys.FIELD.key or not name:
             return
-        seen: m.Detections | None = None
-        if values.names:
-            frame = self._frames.pop(field.sequence)
-            seen = detect_in_frame(perception.detector, wanted, frame, field.features)
-            self._frames = {k: each for k, each in self._frames.items() if k > field.sequence}
-        values.add(field, wanted.queries, seen)
+        if name not in self._queries:
+            self._queries[name] = make_target(self._encoder, name, ()).queries
+        if (query := self._queries[name]) is not None:
+            self._values.add(decode(m.FeatureField, packet), query)
 
 
 class WatchedSearch:
@@ -159,7 +145,7 @@ class WatchedSearch:
         self._places, self._detected, values = tuple(places), detected, method.value_map
         self._values: ValueMapper | None = None
         if values is not None:
-            self._values = ValueMapper(values, equipment.perception)
+            self._values = ValueMapper(values, equipment.perception.encoder)
         self._status: m.SearchStatus | None = None
         self._ended: list[str] = []  # services that did by themselves
         self.system.router.observers.append(self._hear)
