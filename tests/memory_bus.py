@@ -27,7 +27,6 @@ from onemap_shared.transport import (
     Subscription,
     answer,
     read_reply,
-    refuse_stale,
 )
 from onemap_shared.wire import Packet, encode
 
@@ -168,8 +167,10 @@ class _Server:
         return self._pool.submit(self._answer, packet, patience_s, self._clock.monotonic_s())
 
     def _answer(self, packet: Packet, patience_s: float, arrived_s: float) -> Packet:
-        refuse_stale(self._procedure, self._clock.monotonic_s() - arrived_s, patience_s)
-        return answer(self._procedure, self._handler, packet)
+        waited_s = self._clock.monotonic_s() - arrived_s
+        return answer(
+            self._procedure, self._handler, packet, waited_s=waited_s, patience_s=patience_s
+        )
 
     def close(self) -> None:
         """Answer no more."""

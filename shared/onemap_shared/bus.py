@@ -458,10 +458,16 @@ class _Server(Generic[Q, R]):
         self._queries.put((query, CLOCK.monotonic_s()))
 
     def _answer(self, query: zenoh.Query, waited_s: float) -> None:
-        request = _packet(query.attachment, query.payload) if query.payload is not None else None
+        payload = query.payload
+        request = Packet(b"", b"") if payload is None else _packet(query.attachment, payload)
         try:
-            transport.refuse_stale(self._procedure, waited_s, patience_of(query))
-            packet = transport.answer(self._procedure, self._handler, request or Packet(b"", b""))
+            packet = transport.answer(
+                self._procedure,
+                self._handler,
+                request,
+                waited_s=waited_s,
+                patience_s=patience_of(query),
+            )
         except transport.RemoteError as error:
             body = json.dumps({"code": error.code, "message": str(error), "details": error.details})
             query.reply_err(body, encoding=zenoh.Encoding.APPLICATION_JSON)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, TypeVar
@@ -46,7 +46,7 @@ class Procedure(Generic[Q, R]):
     never carried out; stale_after_s: a shorter limit. parallel: requests that are served at once,
     by a handler that allows it. to_all: every process that serves it is asked, and one that does
     not refuse answers for all. delivery: COMMAND travels as commands do, and is carried out
-    however late, as a stop is.
+    however late, as a stop is. aged: the request after it waited so many seconds for its turn.
     """
 
     key: str
@@ -56,6 +56,7 @@ class Procedure(Generic[Q, R]):
     parallel: int = 1
     to_all: bool = False
     delivery: Delivery = Delivery.STATE
+    aged: Callable[[Q, float], Q] = lambda request, _: request
 
 
 RGBD_RECEIPTS = Topic("perception/rgbd_receipts/v1", m.FrameReceipt)
@@ -95,7 +96,13 @@ MAP_FORGET = Procedure("map/forget/v1", m.ObjectId, m.KeptObject)
 
 SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)
 SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
-SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, stale_after_s=0.5)
+SEARCH_START = Procedure(
+    "search/start/v1",
+    m.SearchRequest,
+    m.SearchStatus,
+    stale_after_s=0.5,
+    aged=m.SearchRequest.aged,
+)
 SEARCH_CANCEL = Procedure(
     "search/cancel/v1", m.SearchId, m.SearchStatus, to_all=True, delivery=Delivery.COMMAND
 )

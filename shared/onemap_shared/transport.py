@@ -271,11 +271,8 @@ class Inbox(Generic[M]):
         return self._counters
 
 
-def refuse_stale(procedure: Procedure[Q, R], waited_s: float, patience_s: float = math.inf) -> None:
-    """Raise ``RemoteError`` for a request that waited too long for its turn.
-
-    patience_s: for which its caller waits for the reply, infinite if it does not say.
-    """
+def _refuse_stale(procedure: Procedure[Q, R], waited_s: float, patience_s: float) -> None:
+    """Raise ``RemoteError`` for a request that waited too long for its turn."""
     if procedure.delivery is Delivery.COMMAND:
         return
     limit_s = min(patience_s, math.inf if (late := procedure.stale_after_s) is None else late)
@@ -296,10 +293,21 @@ def read_reply(procedure: Procedure[Q, R], packet: Packet) -> R:
         raise InvalidReply("invalid_reply", why) from problem
 
 
-def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet) -> Packet:
-    """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller."""
+def answer(
+    procedure: Procedure[Q, R],
+    handler: Callable[[Q], R],
+    packet: Packet,
+    *,
+    waited_s: float,
+    patience_s: float,
+) -> Packet:
+    """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller.
+
+    waited_s: for its turn; patience_s: for which its caller waits, infinite if it does not say.
+    """
+    _refuse_stale(procedure, waited_s, patience_s)
     try:
-        return encode(handler(decode(procedure.request, packet)))
+        return encode(handler(procedure.aged(decode(procedure.request, packet), waited_s)))
     except RequestRejected as problem:
         raise RemoteError(problem.code, str(problem), problem.details) from problem
     except ValueError as problem:

@@ -14,7 +14,7 @@ from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.present.service_status import hung_problem
 from onemap_shared import keys
 from onemap_shared.clock import SystemClock
-from onemap_shared.messages import MapClear, SearchId, SearchStatus
+from onemap_shared.messages import MapClear, SearchId, SearchRequest, SearchStatus
 from onemap_shared.transport import QueryTimeout
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, search, state_reached
@@ -90,3 +90,35 @@ def test_a_hung_service_does_not_delay_another(hung: MemoryRouter) -> None:
 
     anyio.run(both)
     assert order == ["mapper", "planner"]
+
+
+def test_a_search_ages_while_calls_before_it_are_answered(router: MemoryRouter) -> None:
+    planner, release, asked = router.bus("planner"), threading.Event(), list[SearchRequest]()
+
+    def wait(_request: SearchId) -> SearchStatus:
+        release.wait()
+        return search()
+
+    def start(request: SearchRequest) -> SearchStatus:
+        asked.append(request)
+        return search()
+
+    planner.serve(keys.SEARCH_GET, wait)
+    planner.serve(keys.SEARCH_START, start)
+    rpc = RpcClient(router.bus("gateway"), 1)
+
+    async def both() -> None:
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(rpc.call, keys.SEARCH_GET, NEWEST, 60.0)
+            await anyio.wait_all_tasks_blocked()
+            request = SearchRequest(("sofa",), patience_s=60.0)
+            tasks.start_soon(rpc.call, keys.SEARCH_START, request, 60.0)
+            await anyio.wait_all_tasks_blocked()
+            until_s = anyio.current_time() + 0.1
+            while anyio.current_time() < until_s:
+                pass
+            release.set()
+
+    anyio.run(both)
+    assert asked[0].age_s >= 0.1
+    assert asked[0].patience_s <= 59.9

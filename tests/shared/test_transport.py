@@ -5,15 +5,17 @@ from __future__ import annotations
 import dataclasses
 import io
 import logging
+import math
 from collections.abc import Callable, Iterator
 
 import pytest
 
+from onemap_shared import keys
 from onemap_shared.clock import SystemClock
 from onemap_shared.log import MAX_CHARS, PERIOD_S, LogLimit
-from onemap_shared.messages import Odometry
+from onemap_shared.messages import Odometry, SearchRequest, SearchStatus
 from onemap_shared.supervisor import start_hint
-from onemap_shared.transport import Inbox
+from onemap_shared.transport import Inbox, RemoteError, RequestRejected, answer
 from onemap_shared.wire import Packet, encode
 from tests.shared.samples import sample
 
@@ -113,3 +115,17 @@ def test_a_hint_names_the_command_that_works_here(
     for name in ("ONEMAP_SUPERVISOR", "ONEMAP_LAUNCHED"):
         monkeypatch.setenv(name, variables.get(name, ""))
     assert hint in start_hint("planner")
+
+
+def test_a_search_ages_while_it_waits_for_its_turn() -> None:
+    """A stop that came meanwhile holds for it too."""
+    asked = list[SearchRequest]()
+
+    def start(request: SearchRequest) -> SearchStatus:
+        asked.append(request)
+        raise RequestRejected("stopped", "it was stopped")
+
+    request = encode(SearchRequest(("sofa",), patience_s=2.0, age_s=1.0))
+    with pytest.raises(RemoteError, match="it was stopped"):
+        answer(keys.SEARCH_START, start, request, waited_s=0.25, patience_s=math.inf)
+    assert asked == [SearchRequest(("sofa",), patience_s=1.75, age_s=1.25)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Annotated, TypeAlias
 
@@ -186,6 +186,11 @@ class SearchRequest(Message):
     after: After = After.STAY
     age_s: Annotated[float, within(0)] = 0.0
     place: Annotated[str, cleaned("name of a place", optional=True)] = ""
+
+    def aged(self, waited_s: float) -> SearchRequest:
+        """The request after it waited for its turn."""
+        left_s = max(self.patience_s - waited_s, 1e-3)
+        return replace(self, age_s=self.age_s + waited_s, patience_s=left_s)
 
     def _check(self) -> None:
         if not self.place:

@@ -31,7 +31,6 @@ from onemap_shared.transport import (
     Subscription,
     answer,
     read_reply,
-    refuse_stale,
 )
 from onemap_shared.wire import Packet, encode
 from onemap_tools.virtual.link import Lane, Link
@@ -534,8 +533,10 @@ class _Server:
     ) -> None:
         reply: Packet | RemoteError
         try:
-            refuse_stale(self._procedure, self._bus.clock.monotonic_s() - arrived_s, patience_s)
-            reply = answer(self._procedure, self._handler, packet)
+            waited_s = self._bus.clock.monotonic_s() - arrived_s
+            reply = answer(
+                self._procedure, self._handler, packet, waited_s=waited_s, patience_s=patience_s
+            )
         except RemoteError as problem:
             reply = problem
         self._bus.reply(caller, query, reply, self._procedure.delivery)

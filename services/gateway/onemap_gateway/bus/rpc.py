@@ -47,12 +47,13 @@ class RpcClient:
 
     async def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float) -> R:
         """The reply; raises ``CallError``, also if the call's turn does not come in time."""
-        deadline_s = anyio.current_time() + timeout_s
+        began_s = anyio.current_time()
         turn, limiter = object(), self._limiter(procedure)
         try:
             with anyio.fail_after(timeout_s):
                 await limiter.acquire_on_behalf_of(turn)
-            left_s = max(deadline_s - anyio.current_time(), 0.0)
+            waited_s = anyio.current_time() - began_s
+            left_s, request = max(timeout_s - waited_s, 0.0), procedure.aged(request, waited_s)
             call = asyncio.create_task(self._in_thread(procedure, request, left_s))
         except TimeoutError:
             raise QueryTimeout from None
