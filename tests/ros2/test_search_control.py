@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -99,6 +101,31 @@ def test_words_start_a_search_and_a_service_cancels_it(planner: Planner) -> None
     assert planner.started == [("sofa", "lamp")]
     assert planner.details == [("", "red")]
     assert planner.cancel() == (True, "it looks")
+
+
+def test_a_cancellation_waits_for_no_word_and_holds_for_those_before_it(
+    planner: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_ros2.search_control.ANSWER_S", 60.0)
+    released, asked = threading.Event(), list[m.SearchRequest]()
+
+    def checked(request: m.SearchRequest) -> m.SearchStatus:
+        asked.append(request)
+        released.wait(60.0)
+        return status("s1")
+
+    planner.serve()
+    planner.bus.serve(SEARCH_START, checked)
+    for word in ("sofa", "bed", "chair"):
+        planner.say(word)
+    said_s = time.monotonic()
+    eventually(lambda: asked or None)
+    assert planner.cancel() == (True, "it looks")
+    held_s = time.monotonic() - said_s
+    assert len(asked) == 1
+    released.set()
+    eventually(lambda: len(asked) == 3 or None)
+    assert asked[-1].age_s >= held_s
 
 
 def test_a_cancellation_succeeds_only_if_the_robot_stands(

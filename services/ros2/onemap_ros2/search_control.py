@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable
-from typing import TypeVar
+from dataclasses import replace
 
 from onemap_ros2.cdr import STRING, TRIGGER, decode, encode, new
 from onemap_ros2.config import Ros2Config
@@ -23,12 +22,11 @@ from onemap_shared.sentence import listed_sentences, parse, search_for
 from onemap_shared.transport import Bus, CallError
 
 LOG = logging.getLogger("onemap.ros2")
-T = TypeVar("T")
 SEARCH, CANCEL, STATE = "search", "cancel", "state"  # below /onemap
 ANSWER_S = 3.0  # for the planner to answer, as the gateway gives it
 STAND_S = 3.0  # for the robot to stand after the search was cancelled: nav2 brakes within one
 KEPT = 5  # words between two steps
-THREADS = 2  # so that a cancellation does not wait for a start
+CANCELS = 8  # at once: each waits for the robot to stand, and none for another
 
 
 class SearchControl:
@@ -41,7 +39,8 @@ class SearchControl:
         self._words = network.read(f"{prefix}/{SEARCH}", STRING, KEPT, reliable=True)
         self._cancels = network.serve(f"{prefix}/{CANCEL}", TRIGGER)
         self._writer = network.write(f"{prefix}/{STATE}", STRING, latched=True)
-        self._threads = bus.clock.pool(THREADS, "search-control")
+        self._starts = bus.clock.pool(1, "search-start")
+        self._stops = bus.clock.pool(CANCELS, "search-cancel")
         self._stands = bus.clock.event()  # the robot does, and nothing of ours may move it
         self._refused = self._said = ""
         self.status: SearchStatus | None = None
@@ -54,9 +53,10 @@ class SearchControl:
         self.status = status or self.status
         (self._stands.set if stands else self._stands.clear)()
         for data in self._words.take():
-            self._run(self._start, data)
+            said_s = self._bus.clock.monotonic_s()
+            self._starts.submit(self._start, data, said_s).add_done_callback(_report)
         for request in self._cancels.take():
-            self._run(self._cancel, request)
+            self._stops.submit(self._cancel, request).add_done_callback(_report)
         text = state_text(self.status, self._refused, self._frame)
         if text != self._said:
             self._said = text
@@ -64,16 +64,16 @@ class SearchControl:
 
     def close(self) -> None:
         """Take no more commands."""
-        self._threads.shutdown(wait=False, cancel_futures=True)
+        self._starts.shutdown(wait=False, cancel_futures=True)
+        self._stops.shutdown(wait=False, cancel_futures=True)
 
-    def _run(self, command: Callable[[T], None], argument: T) -> None:
-        self._threads.submit(command, argument).add_done_callback(_report)
-
-    def _start(self, data: bytes) -> None:
+    def _start(self, data: bytes, said_s: float) -> None:
         word = ""
         try:
             word = str(decode(data, STRING).data)
-            self._bus.call(SEARCH_START, self._request(word), ANSWER_S)
+            request = self._request(word)
+            age_s = self._bus.clock.monotonic_s() - said_s
+            self._bus.call(SEARCH_START, replace(request, age_s=age_s), ANSWER_S)
             self._refused = ""
         except (ValueError, CallError) as problem:
             self._refused = f"no search for {word[:50]!r}: {problem}"
