@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
+from onemap_planner.search.state_machine import Search
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
@@ -177,6 +179,24 @@ def test_no_driver_obeys_what_was_asked_of_the_one_before(
         services.frame()
     with pytest.raises(RemoteError, match="became another one"):
         started.result()
+
+
+def test_no_drive_begins_on_a_map_that_is_exchanged_in_its_last_moment(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    services.map_id = "a"
+    services.frame()
+    registry = services.planner._registry
+    start = registry.start
+
+    def late(*arguments: Any) -> Search:
+        services.map_id = "b"
+        services.frame()
+        return start(*arguments)
+
+    monkeypatch.setattr(registry, "start", late)
+    with pytest.raises(RemoteError, match="became another one"):
+        services.go_to(3.0, 2.0)
 
 
 def test_a_second_search_is_refused_even_without_perception(services: SimulatedServices) -> None:

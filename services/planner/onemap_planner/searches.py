@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 
@@ -67,12 +68,17 @@ class SearchRegistry:
         return self._state
 
     def start(
-        self, search: sm.Search, synonyms: Synonyms = NO_SYNONYMS, asked_s: float = math.inf
+        self,
+        search: sm.Search,
+        synonyms: Synonyms = NO_SYNONYMS,
+        asked_s: float = math.inf,
+        check: Callable[[], None] = lambda: None,
     ) -> sm.Search:
         """Begin a new search, for which somebody asked at ``asked_s``; rejected if a stop came
         since then, while another search is active, and if the search that it continues was
-        continued before. Found objects are kept."""
+        continued before. Found objects are kept. check: rejects it by what may change until now."""
         with self._lock:
+            check()
             if self._stopped_s > asked_s:
                 raise RequestRejected("stopped", STOPPED)
             self.reject_if_active()
@@ -216,9 +222,6 @@ class SearchCommands:
         synonyms = self._check_names(names) if names else NO_SYNONYMS
         request = self._placed(request)
         driver, map_count, jump_count = frame
-        self._reject_if_another(frame, request.kind)
-        if request.kind is not SearchKind.FIND and request.continues:
-            self._reject_coordinates_of_before(request.continues)
         _reject_if_late(request, self._clock.monotonic_s() - began_s)
         search = sm.new_search(
             self._clock.random.randbytes(6).hex(),
@@ -238,7 +241,10 @@ class SearchCommands:
             map_count=map_count,
             jump_count=jump_count,
         )
-        return self._status_of(self._registry.start(search, synonyms, began_s - request.age_s))
+        # With the lock that the end of a map or a driver takes: one that comes later ends it.
+        check = partial(self._reject_if_another, frame, request)
+        asked_s = began_s - request.age_s
+        return self._status_of(self._registry.start(search, synonyms, asked_s, check))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         """Cancel this search; beside another planner, whichever is active here.
@@ -293,16 +299,18 @@ class SearchCommands:
     def _has_frame_of_now(self, search: sm.Search) -> bool:
         return (search.driver, search.map_count, search.jump_count) == self._frame()
 
-    def _reject_if_another(self, asked: tuple[int, int, int], kind: SearchKind) -> None:
+    def _reject_if_another(self, asked: tuple[int, int, int], request: SearchRequest) -> None:
         """Reject a request that was made to another driver, and a drive to coordinates whose
-        frame began anew, since ``asked``."""
-        now = self._frame()
-        if now[0] != asked[0] or (kind is not SearchKind.FIND and now != asked):
+        frame began anew, since ``asked``, or since the search that it continues."""
+        now, to_coordinates = self._frame(), request.kind is not SearchKind.FIND
+        if now[0] != asked[0] or (to_coordinates and now != asked):
             raise RequestRejected(
                 "stopped",
                 "the robot's driver or the map became another one, or the robot's position jumped, "
                 "while the request was checked, and nothing was started: ask again",
             )
+        if to_coordinates and request.continues:
+            self._reject_coordinates_of_before(request.continues)
 
     def _reject_coordinates_of_before(self, search_id: str) -> None:
         """Reject a drive to the place of a search whose coordinates may be another place now."""
