@@ -59,6 +59,28 @@ def test_a_command_names_the_frame_of_its_plan_and_the_last_one_stops_the_robot(
     assert last.frame_ns == 0  # the last stop rests on none
 
 
+@pytest.mark.parametrize("changed", ["map", "places"])
+def test_a_stop_rests_on_no_plan_of_another_map_or_other_places(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch, changed: str
+) -> None:
+    view = services.answer
+    services.answer = lambda request: replace(view(request), stamp_ns=services.newest_ns + 77)
+    services.map_id = "before"
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.planner._planning_thread.close()
+    monkeypatch.setattr(type(services.planner._planning_thread), "alive", True)
+    if changed == "map":
+        services.map_id = "loaded"
+    else:
+        services.places_version += 1
+    services.frame()
+    services.sent_commands()
+    services.frame()
+    stops = services.sent_commands()
+    assert [(moves(each), each.frame_ns) for each in stops] == [(False, 0)] * len(stops) != []
+
+
 def test_a_new_plan_does_not_wait_for_the_next_period_of_control(
     services: SimulatedServices,
 ) -> None:

@@ -229,7 +229,7 @@ class Planner:
             max_plan_age_s=limits.max_plan_age_s,
         )
         if send:
-            self._send(self._controller.command, frame_ns if inputs.may_move else 0)
+            self._send(self._controller.command, self._controller.frame_ns)
 
     def _thread_inputs(self) -> ThreadInputs:
         controller = self._controller

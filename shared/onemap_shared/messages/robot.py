@@ -98,7 +98,7 @@ class VelocityCommand(Message):
         odometry_stamp_ns: the stamp of the newest odometry that the planner had, by which the
             robot tells on its own clock how old the command is; 0: the planner does not say.
         frame_ns: capture time of the newest frame in the map on which its plan rests; 0: it rests
-            on none, as a stop on stale inputs.
+            on none, as a stop on stale inputs, or until a plan knows another map or other places.
         lateral_mps: speed to the left, in metres per second; 0 unless the planner is set to a
             holonomic robot.
         driver: the instance of the driver that it is for, as that one's odometry names it: another

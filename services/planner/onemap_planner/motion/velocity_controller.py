@@ -80,7 +80,7 @@ class VelocityController:
     robot has by then, if it brakes no harder than its limits; wanted: the velocity that the plan
     asked for, before the costmap was checked; active_s: when a search was last active; stops: how
     often a moving robot was stopped because of stale inputs; monitor: how often the collision
-    monitor intervened.
+    monitor intervened; frame_ns: of the plan that the command follows, 0 if it follows none.
     """
 
     command: Velocity2d = STOP
@@ -91,6 +91,7 @@ class VelocityController:
     stops: int = 0
     wanted: Velocity2d = STOP
     monitor: MonitorCounts = field(default_factory=MonitorCounts)
+    frame_ns: int = 0
 
     @property
     def blocked(self) -> bool:
@@ -132,7 +133,7 @@ class VelocityController:
         wanted, checked = track.velocity(plan, inputs.pose, self.velocity)
         counts = self.monitor.after(action_of(wanted, checked.velocity))
         moved = self._after(checked, wanted, params, dt_s=dt_s, now_s=now_s)
-        return replace(moved, monitor=counts, active_s=now_s), True
+        return replace(moved, monitor=counts, active_s=now_s, frame_ns=plan.frame_ns), True
 
     def _after(
         self,
@@ -151,6 +152,7 @@ class VelocityController:
             validity_s=checked.validity_s,
             wanted=wanted,
             at_s=now_s,
+            frame_ns=0,
         )
 
 
