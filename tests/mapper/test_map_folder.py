@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.places.memory import PlaceMemory
-from onemap_mapper.storage import map_folder, snapshot
+from onemap_mapper.storage import checkpoints, map_folder, snapshot
 from onemap_mapper.storage.map_file import map_path, write
 from onemap_mapper.storage.map_folder import QuotaExceeded, check_quota, merged_objects, saved_maps
 from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
@@ -91,6 +91,21 @@ def test_saved_maps_may_take_so_much_together(taken: snapshot.MapSnapshot, tmp_p
     check_quota(tmp_path / "none" / "a.npz", 10**6, 1)
     (tmp_path / "gone.npz").symlink_to(tmp_path / "nowhere")
     check_quota(tmp_path / "a.npz", 10**6, 1)
+
+
+def test_the_map_before_a_merge_stays_until_the_merged_one_is_written(tmp_path: Path) -> None:
+    rig = Rig(tmp_path)
+    rig.feed(scenes.field(0, scenes.pose()))
+    rig.mapper.save(MapFile("flat"))
+    rig.mapper._checkpoints.flush()
+    (before,) = checkpoints.all_of(tmp_path)
+    rig.client.call(keys.MAP_MERGE, MapMerge("flat", x_m=1.0))
+    assert checkpoints.all_of(tmp_path) == [before]
+    rig.mapper._checkpoints.poll(float("inf"))
+    rig.mapper.close()
+    merged, _ = checkpoints.resumed(tmp_path, rig.mapper._config.map)
+    assert merged is not None
+    assert merged.store.count == rig.mapper._map.store.count
 
 
 def test_what_comes_during_a_merge_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,6 +23,7 @@ from onemap_mapper.storage.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.storage.planar_motion import NO_MOTION, PlanarMotion
 from onemap_shared import keys
 from onemap_shared import messages as m
+from onemap_shared.atomic_file import SystemDisk
 from onemap_shared.clock import SystemClock
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
@@ -418,6 +419,28 @@ def test_what_is_kept_is_read_as_it_was_written_or_not_at_all(data: st.DataObjec
         again = FileKept(Path(folder), FORM, lambda: None, SystemClock())
         if not again.unreadable:
             assert again.value.places == (ZONE,)
+
+
+def test_no_zone_counts_as_gone_whose_removal_may_not_be_on_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor as there: the robot waits until a person says which it is."""
+    rig = Rig(tmp_path)
+    rig.client.call(keys.MAP_CHANGE_PLACES, DRAW)
+
+    def damaged(_disk: SystemDisk, _folder: Path) -> None:
+        raise OSError(5, "Input/output error")
+
+    forget = m.PlacesChange((), ("stairs",))
+    with monkeypatch.context() as patch:
+        patch.setattr(SystemDisk, "sync_folder", damaged)
+        assert "storage: cannot write the named places" in refused(
+            rig, keys.MAP_CHANGE_PLACES, forget
+        )
+    assert rig.newest().places_version == m.UNKNOWN_PLACES
+    assert "may be on disk or not" in refused(rig, keys.MAP_PLACES, LIST)
+    nothing = m.PlacesChange(all_others=True)
+    assert rig.client.call(keys.MAP_CHANGE_PLACES, nothing).places == ()
 
 
 def full(_path: Path) -> None:

@@ -389,8 +389,8 @@ class Mapper:
         ``RequestRejected``, for what cannot be written.
         """
         with (
-            self._places.kept.exclusive() as put_places,
             self._objects.kept.exclusive() as put_objects,
+            self._places.kept.exclusive() as put_places,
             self._lock,
         ):
             put_places(self._places.exchanged(places))
@@ -460,7 +460,7 @@ class Mapper:
         """Change the map in use; what the change raises leaves it as it was."""
         with self._lock:
             change(self._map)
-            self._checkpoints.replaced(due=True)
+            self._checkpoints.hurry()
             self._announce()
             return summary_of(self._map)
 

@@ -112,8 +112,12 @@ class Checkpoints:
         self._epoch += 1
         self._saved_revision = -1
         if due:
-            self._saved_s = float("-inf")
+            self.hurry()
         self._remove()
+
+    def hurry(self) -> None:
+        """Write at once: much has changed. What was written stays until then."""
+        self._saved_s = float("-inf")
 
     def flush(self) -> None:
         """Write what changed since the last checkpoint, and return when it is written."""

@@ -92,7 +92,9 @@ class Kept(Generic[M]):
         What is put is on disk and the value at once; it takes the place of the file and is
         announced at the end, and is taken back if the change raises. The lock of the map may be
         taken meanwhile, not before. ``put`` raises ``RequestRejected``, a change is refused whole,
-        if the file cannot be written: call it before anything else is changed.
+        if the file cannot be written: call it before anything else is changed. If it cannot take
+        its place at the end, nobody knows which of both is on disk: there is no value then, where
+        a person is to confirm that there is none.
         """
         before = None
         try:
@@ -127,9 +129,7 @@ class Kept(Generic[M]):
         except (OSError, ValueError) as problem:
             why = problem.strerror if isinstance(problem, OSError) else str(problem)
         if self._form.confirm:
-            self.unreadable = (
-                f"{self._form.what} in {self._path} cannot be read ({why}): {self._form.confirm}"
-            )
+            self.unreadable = self._unreadable(why)
             self._report(self.unreadable)
             return None
         try:
@@ -172,12 +172,25 @@ class Kept(Generic[M]):
                     sync(path, file)  # so that a full disk shows before anything is changed
             yield
             with self._storing():
-                if self.unreadable and self._path.exists():
-                    LOG.warning("%s is kept as %s", self._path, self._set_aside().name)
-                new.close()
-                if not data:
-                    remove(self._path)
+                try:
+                    if self.unreadable and self._path.exists():
+                        LOG.warning("%s is kept as %s", self._path, self._set_aside().name)
+                    new.close()
+                    if not data:
+                        remove(self._path)
+                except OSError as problem:
+                    self._lose(problem)
+                    raise
         self.problem = self.unreadable = ""
+
+    def _lose(self, problem: OSError) -> None:
+        """It is not known what is on disk."""
+        if self._form.confirm:
+            why = f"the last change may be on disk or not: {problem.strerror}"
+            self._value, self.unreadable = None, self._unreadable(why)
+
+    def _unreadable(self, why: object) -> str:
+        return f"{self._form.what} in {self._path} cannot be read ({why}): {self._form.confirm}"
 
     @contextmanager
     def _storing(self) -> Iterator[None]:

@@ -163,8 +163,8 @@ class SavedMaps:
             content = read(path, max_cells=self._config.map.max_cells)
             size = path.stat().st_size
             with (
-                self._places.kept.exclusive() as put_places,
                 self._objects.kept.exclusive() as put_objects,
+                self._places.kept.exclusive() as put_places,
             ):
                 places, stayed = self._places.kept.value.merged(content.places, moved)
                 ours = self._objects.memory
