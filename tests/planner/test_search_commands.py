@@ -160,9 +160,17 @@ def test_a_stop_ends_a_start_that_is_still_checked(
     assert not any(map(moves, services.sent_commands()))
 
 
-def test_a_stop_ends_what_was_asked_of_the_gateway_before_it(services: SimulatedServices) -> None:
+@pytest.mark.parametrize("again", [True, False], ids=["planner begins", "stop"])
+def test_a_stop_ends_what_was_asked_of_the_gateway_before_it(
+    services: SimulatedServices, again: bool
+) -> None:
+    """A planner that begins does not know whether the one before was told to stop."""
     with suppress(RemoteError):
         services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    if again:
+        services.planner.close()
+        services.planner_bus.close()
+        services.start_planner()
     with pytest.raises(RemoteError, match="told to stop"):
         services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), age_s=60.0))
     assert services.start("sofa").active

@@ -42,8 +42,8 @@ from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
 STOPPED = (
-    "the robot was told to stop after this was asked for, and nothing was started: ask again if "
-    "it shall set out"
+    "the robot was told to stop after this was asked for, or its planner began after it, and "
+    "nothing was started: ask again if it shall set out"
 )
 
 
@@ -60,7 +60,8 @@ class SearchRegistry:
         self._clock, self._lock = clock, clock.rlock()
         self._state: PlannerState | None = None
         self._past: dict[str, sm.Search] = {}
-        self._stopped_s = -math.inf  # when somebody last asked for a stop, whatever ran
+        # When somebody last asked for a stop, whatever ran; maybe a planner that has ended since.
+        self._stopped_s = clock.monotonic_s()
 
     @property
     def state(self) -> PlannerState | None:
