@@ -21,6 +21,7 @@ from onemap_planner.world.candidates import (
     Sighting,
     ViewpointTally,
 )
+from onemap_shared.messages import Detail
 from tests.planner.drawn_maps import drawn_map, search_view_of
 from tests.planner.one_room import POSE, candidate, context, context_of, decided, planner_state
 
@@ -58,6 +59,14 @@ def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     now = replace(then, sightings=4 + more)
     _, _, event = decided(confirm, planner_state(now), sm.Confirming(then, 0.0), context())
     assert event == (sm.Confirmed(now) if sure else None)
+
+
+def test_nothing_is_found_whose_description_cannot_be_checked() -> None:
+    then = candidate(1.7, 1.7, 4)
+    state = planner_state(replace(then, sightings=10))
+    state = replace(state, search=replace(state.search, details=(Detail(colour="red"),)))
+    _, _, event = decided(confirm, state, sm.Confirming(then, 0.0), context())
+    assert event is None
 
 
 def test_a_part_of_it_that_is_not_as_described_rules_it_not_out() -> None:

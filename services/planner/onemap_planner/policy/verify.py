@@ -26,7 +26,7 @@ from onemap_planner.world.candidates import (
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
-from onemap_shared.messages import Holds, all_hold, told, wrong
+from onemap_shared.messages import NO_DETAIL, Holds, all_hold, told, wrong
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
@@ -71,6 +71,8 @@ def confirm(state: PlannerState, phase: sm.Confirming, context: PlanningContext)
     move = _confirm(state, phase, context)
     if not isinstance(move.event, sm.Confirmed):
         return move
+    if context.description is None and state.search.detail != NO_DETAIL:
+        return replace(move, event=None)  # without the views of its anchors nothing is checked
     return replace(move, event=_checked(state, move.event.candidate, context))
 
 
