@@ -443,6 +443,19 @@ def test_no_zone_counts_as_gone_whose_removal_may_not_be_on_disk(
     assert rig.client.call(keys.MAP_CHANGE_PLACES, nothing).places == ()
 
 
+def test_no_version_of_places_comes_again_after_a_change_that_was_taken_back(
+    tmp_path: Path,
+) -> None:
+    kept = FileKept(tmp_path, FORM, lambda: None, SystemClock())
+    with pytest.raises(ZeroDivisionError), kept.exclusive() as put:
+        put(kept.value.changed((ZONE,)))
+        read = kept.value
+        raise ZeroDivisionError
+    assert kept.value.places == ()
+    kept.change(lambda ours: ours.changed((replace(ZONE, name="hole"),)))
+    assert kept.value.version > read.version
+
+
 def full(_path: Path) -> None:
     raise OSError(28, "No space left on device")
 

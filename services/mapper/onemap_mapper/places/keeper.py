@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from onemap_mapper.places.memory import NO_PLACES, PlaceMemory, from_bytes, to_bytes
@@ -36,6 +37,7 @@ FORM = Form(
     "no robot drives until it is known where it may not; put the file back and restart the mapper, "
     "load a saved map, or say with 'onemap places reset' that there are no places",
     lambda memory: memory.version,
+    lambda before, read: replace(before, version=read.version + 1),
 )
 
 

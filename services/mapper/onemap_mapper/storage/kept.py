@@ -42,6 +42,7 @@ class Form(Generic[M]):
     from_bytes: Callable[[bytes], M]
     confirm: str = ""
     version: Callable[[M], int] | None = None
+    after: Callable[[M, M], M] | None = None  # the first, of a version after that of the second
 
 
 class Kept(Generic[M]):
@@ -109,7 +110,9 @@ class Kept(Generic[M]):
                 try:
                     yield put
                 except BaseException:
-                    self._value = before
+                    read, self._value = self._value, before
+                    if self._form.after and before is not None and read not in (None, before):
+                        self._value = self._form.after(before, read)  # its version was told
                     raise
         finally:
             if self._value is not before:
