@@ -152,7 +152,7 @@ def test_a_start_that_goes_well_says_starting_and_blames_nobody(
         "The simulator is starting.",
         "The simulator is starting.",
         "The simulator is starting, for 1 s so far.",
-        "It is starting: the first frame is on its way to the map.",
+        "The map is starting: the first frame is on its way to it.",
         "",
     ]
 

@@ -31,7 +31,8 @@ def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
     lines, gateway = ProgressLines(out), Client(transport=httpx.MockTransport(silent))
     for elapsed_s in (0.0, 1.0, LINE_EVERY_S + 0.1, LINE_EVERY_S + 0.2):
         lines.wait(elapsed_s, "no frame")
-    lines.wait(LINE_EVERY_S + 0.3, "no map")
+    lines.wait(LINE_EVERY_S + 0.3, "The map starts.")
+    lines.wait(LINE_EVERY_S + 0.4, "The map starts, for 3 s so far.")
     assert isinstance(out.file, io.StringIO)
     assert len(out.file.getvalue().splitlines()) == 3
     for state in ("exploring", "exploring", "approaching"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from rich.console import Console
@@ -21,7 +22,7 @@ class ProgressLines:
 
     def wait(self, elapsed_s: float, what: str) -> None:
         """Show why there is no progress yet."""
-        if self._is_due(elapsed_s, what.partition(":")[0]):  # seconds may follow
+        if self._is_due(elapsed_s, re.split("[:,.]", what)[0]):  # seconds may follow
             self._print(elapsed_s, what)
 
     def show(self, report: dict[str, Any], gateway: Client) -> None:

@@ -268,7 +268,7 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
             lacks = each.condition == DOWN or _begins(each.name, state)
             if lacks or (each.name == "robot" and each.condition != OK):
                 return PipelineFault(each.name, each.problem)
-        under_way = "It is starting: the first frame is on its way to the map."
+        under_way = "The map is starting: the first frame is on its way to it."
         return None if fresh else PipelineFault("mapper", under_way)
     for name in PIPELINE_STAGES[:-1]:
         if by_name[name].condition != OK:
