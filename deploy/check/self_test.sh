@@ -26,7 +26,7 @@ attempt() { # in a subshell, so that nothing is left of it but its verdict
     mkdir -p opt/versions/{a,b} etc var deploy/secrets services/planner/onemap_planner
     ln -s versions/b opt/current
     ln -s versions/a opt/previous
-    echo 'version = "0.2.0"' >pyproject.toml
+    echo 'version = "0.3.0"' >pyproject.toml
     touch services/planner/onemap_planner/{__init__,service}.py
     "$@" 2>&1
   )
@@ -40,7 +40,7 @@ free_port() { echo 18080; }
 
 curl() {
   works && ! is never-ready || return
-  local state=found name=simulator version=0.2.0 mapper_version
+  local state=found name=simulator version=0.3.0 mapper_version
   case "$*" in
     *http_code*)
       if [[ "$*" == *"Bearer secret"* ]]; then if is locked-out; then echo 429; else echo 200; fi
@@ -74,7 +74,7 @@ docker() {
   case $arguments in
     "compose build"*)
       ! is no-build || return
-      echo '#9 1.0 Successfully installed onemap-0.2.0'
+      echo '#9 1.0 Successfully installed onemap-0.3.0'
       ! is packages-anew || echo '#8 1.0 Successfully installed numpy-2.0.0 scipy-1.0' ;;
     "compose up"*) ! is no-start ;;
     "compose ps --format"*)

@@ -165,7 +165,7 @@ def test_an_installation_that_fails_or_does_not_start_leaves_the_old_one(machine
     (machine.state / "no-network").touch()
     result = machine.install()
     assert result.returncode != 0
-    assert "0.2.0 still runs" in result.stderr
+    assert "0.3.0 still runs" in result.stderr
     assert (machine.current, machine.versions) == (first, {first})
     assert not any("restart" in line for line in machine.log)
     (machine.state / "no-network").unlink()

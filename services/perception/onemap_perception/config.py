@@ -333,7 +333,7 @@ class PerceptionConfig(Params):
         if isinstance(encoder, dict) and encoder.get("backend") == "photo":
             raise PydanticCustomError(
                 "gone",
-                "the encoder photo is gone since 0.2.0: use one of the model hub ('onemap models "
+                "the encoder photo is gone since 0.3.0: use one of the model hub ('onemap models "
                 "use tipsv2'), or mini in the simulator",
             )
         return encoder
