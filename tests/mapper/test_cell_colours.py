@@ -20,7 +20,7 @@ from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, restore, take
-from onemap_planner.world.map_view import after
+from onemap_planner.world.map_view import with_changes
 from onemap_shared import messages as m
 from onemap_shared.colours import lab_of, packed
 from onemap_shared.geometry import F32
@@ -126,12 +126,12 @@ def test_where_no_colour_is_known_none_is_found() -> None:
 def test_a_view_and_its_changes_tell_the_same_likeness() -> None:
     belief = scenes.mapped(seen(0, RED))
     replies, request = ViewReplies(MapScores(belief), "map"), m.ViewChangesRequest("sofa")
-    plain = after(None, replies.reply(request, [QUERY]))
+    plain = with_changes(None, replies.reply(request, [QUERY]))
     assert plain.whole().likeness.size == 0
     request = replace(request, colour="red", have=plain.key)
-    view = after(None, replies.reply(request, [QUERY]))
+    view = with_changes(None, replies.reply(request, [QUERY]))
     belief.fuse(compute_update(seen(1, BLUE, 0.2), belief.params))
-    view = after(view, replies.reply(replace(request, have=view.key), [QUERY]))
+    view = with_changes(view, replies.reply(replace(request, have=view.key), [QUERY]))
     whole = search_view(MapScores(belief).of([QUERY]), text="sofa", colour="red")
     np.testing.assert_array_equal(view.whole().likeness, whole.likeness)
 

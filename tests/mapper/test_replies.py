@@ -17,7 +17,7 @@ from onemap_mapper.query.verdicts import floor_coverage
 from onemap_mapper.query.whereabouts import Knowledge, where_found
 from onemap_mapper.storage.planar_motion import PlanarMotion
 from onemap_mapper.storage.snapshot import merge_into, take
-from onemap_planner.world.map_view import after
+from onemap_planner.world.map_view import with_changes
 from onemap_shared import messages as m
 from onemap_shared.geometry import F32
 from tests.mapper import scenes, table_room
@@ -202,7 +202,7 @@ def test_negatives_change_the_view_and_its_changes_alike(belief: BeliefMap, kind
     whole = search_view(MapScores(belief).of(texts), text="sofa", negatives=1)
     request = m.ViewChangesRequest("sofa", negatives=("wall",))
     changes = ViewReplies(MapScores(belief), "map").reply(request, texts)
-    found = after(None, changes).whole()
+    found = with_changes(None, changes).whole()
     np.testing.assert_allclose(found.similarity, whole.similarity, atol=1e-6)
     np.testing.assert_array_equal(found.guidance, whole.guidance)
     plain = search_view(MapScores(belief).of(texts[:1]), text="sofa")

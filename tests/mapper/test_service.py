@@ -14,7 +14,7 @@ import pytest
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.service import Mapper, build
-from onemap_planner.world.map_view import after
+from onemap_planner.world.map_view import with_changes
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.transport import RemoteError, RequestRejected
@@ -156,7 +156,7 @@ def test_what_it_must_not_be_competes_in_a_query_and_on_the_planners_map_alike(r
     request = m.ViewChangesRequest("sofa", ("desk",), first.key, ("couch",))
     changes = rig.client.call(keys.MAP_VIEW_CHANGES, request)
     assert changes.base == m.NO_VIEW  # another question: what is known of the first says nothing
-    found = after(None, changes).whole()
+    found = with_changes(None, changes).whole()
     np.testing.assert_array_equal(found.similarity, view.similarity)
 
 
@@ -174,7 +174,7 @@ def test_a_known_view_is_replied_as_what_changed(rig: Rig) -> None:
     rig.feed(sofa_ahead(1, 0.1))
     second = view_changes(rig, "sofa", first.key)
     assert second.base == first.key
-    view = after(after(None, first), second).whole()
+    view = with_changes(with_changes(None, first), second).whole()
     whole = rig.client.call(keys.MAP_SEARCH_VIEW, m.SearchViewRequest("sofa", ("desk",)))
     assert (view.revision, view.stamp_ns) == (whole.revision, sofa_ahead(1).stamp_ns)
     for name in ("occupancy", "layers", "similarity", "rival", "guidance"):

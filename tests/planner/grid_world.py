@@ -329,7 +329,7 @@ class SimulatedSearch:
         search = self.state.search
         explained = search.choice.chosen_xy
         if isinstance(search.phase, sm.Confirming):
-            assert sm.told(search) == confirming(search.target)
+            assert sm.reason_of(search) == confirming(search.target)
         for end in planned_path(search, decision, 0).goal_m:
             assert explained is not None, search
             off_m = np.hypot(*np.subtract(explained, end))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.planning_thread import ViewRequests
-from onemap_planner.world.map_view import AssembledView, after, map_view_around
+from onemap_planner.world.map_view import AssembledView, map_view_around, with_changes
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
@@ -137,7 +137,7 @@ def test_a_window_of_an_assembled_view_is_that_of_the_whole_one() -> None:
     for number in range(1, 30):
         base = NO_VIEW if view is None else view.key
         cell = int(rng.integers(4096))
-        view = after(view, changes(request, ViewKey("m", "1.2", number), cell, base=base))
+        view = with_changes(view, changes(request, ViewKey("m", "1.2", number), cell, base=base))
     assert view is not None
     windows = [None, np.array([[1.0, 1.0], [2.0, 3.0]]), np.array([[9.0, 9.0], [12.0, 12.0]])]
     for window in windows:

@@ -32,8 +32,8 @@ from onemap_planner.world.map_view import (
     AssembledView,
     ChangesDoNotFit,
     PlanningView,
-    after,
     outside_reason,
+    with_changes,
 )
 from onemap_shared import keys
 from onemap_shared.geometry import F32, F64, Velocity2d
@@ -99,7 +99,7 @@ class ViewRequests:
         question = ViewChangesRequest(request.text, request.rivals, have, *also)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
         try:
-            made = after(kept, changes)
+            made = with_changes(kept, changes)
         except ChangesDoNotFit as problem:
             if kept is not None:
                 raise
@@ -186,7 +186,7 @@ def planned_path(search: sm.Search, decision: Decision | None, stamp_ns: int) ->
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,
-        goal_reason=sm.told(search),
+        goal_reason=sm.reason_of(search),
         points_m=points.astype(np.float32),
         goal_m=(points[-1:] if kind != NO_GOAL else points[:0]).astype(np.float32),
         frontiers_m=_stack([frontier.beyond_xy for frontier in offered.frontiers]),

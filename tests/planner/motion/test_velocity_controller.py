@@ -108,7 +108,7 @@ def test_a_plan_that_drives_at_a_wall_is_slowed_down_and_stopped_once() -> None:
     assert controller.monitor.stops >= 1
     counts = controller.monitor
     for _ in range(5):
-        counts = counts.after(MonitorAction.STOPPED)
+        counts = counts.counting(MonitorAction.STOPPED)
     assert counts.stops - controller.monitor.stops <= 1  # one stop, however long it lasts
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.policy.displaced import STANDS_S, notice
+from onemap_planner.policy.displaced import STANDS_S, note_displacement
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.state_machine import (
@@ -108,7 +108,7 @@ def test_what_it_can_drive_and_small_corrections_are_no_jump(share: float, passe
         state = PlannerState(new_search("s", ("sofa",), stamp, 0), pose=Pose2d(0.0, 0.0, 0.0))
         state.last_step_s = 10.0
         pose, at_s = Pose2d(driven_m + beyond_m, 0.0, turned_rad + beyond_rad), 10.0 + passed_s
-        notice(state, Observation(at_s, pose, 0.0, STOP, False, None, (), ""), DRIVE)
+        note_displacement(state, Observation(at_s, pose, 0.0, STOP, False, None, (), ""), DRIVE)
         assert (state.displacement is not None) == jumps
 
 
@@ -120,7 +120,7 @@ def test_a_pose_that_comes_late_is_no_jump(lag_s: float, jumps: bool) -> None:
     state.last_step_s, state.pose_ns = 10.0, 10 * ns
     seen = Observation(10.2, Pose2d(0.0, 0.0, 0.9), 0.0, STOP, False, None, (), "")
     pose_ns = 10 * ns + round(lag_s * ns)
-    notice(state, replace(seen, pose_ns=pose_ns), DRIVE)
+    note_displacement(state, replace(seen, pose_ns=pose_ns), DRIVE)
     assert (state.displacement is not None) == jumps
 
 

@@ -10,7 +10,7 @@ from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.policy.tell import explain
-from onemap_planner.search.state_machine import EventStamp, Exploring, status, told
+from onemap_planner.search.state_machine import EventStamp, Exploring, reason_of, status
 from onemap_planner.sentences import ALIKE, UNEXPLORED, Landmarks
 from onemap_shared.messages import CameraView
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
@@ -111,6 +111,6 @@ def test_a_robot_that_creeps_says_why_and_what_helps(beside: str, why: str) -> N
         )
         state = step(state, observation, PARAMS).state
         reason = status(state.search, EventStamp(0.0, 0.0, None, 0.0), now_ns=0).reason
-        said.append(reason.removeprefix(told(state.search)))
+        said.append(reason.removeprefix(reason_of(state.search)))
     assert said[0] == said[1] == said[3] == ""
     assert why in said[2]

@@ -20,7 +20,7 @@ def seen(*views: MapView, robot_xy: F64 = ROBOT, period_s: float = 0.25) -> Appe
     """What has appeared after these views, one a period."""
     appeared = NOTHING
     for number, view in enumerate(views):
-        appeared = appeared.after(view, robot_xy, number * period_s)
+        appeared = appeared.with_view(view, robot_xy, number * period_s)
     return appeared
 
 

@@ -18,7 +18,7 @@ from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
-from onemap_planner.world.map_view import AssembledView, after
+from onemap_planner.world.map_view import AssembledView, with_changes
 from onemap_shared import messages as m
 from onemap_shared.geometry import F32
 from onemap_shared.wire import decode, encode
@@ -141,7 +141,7 @@ class World:
         changes = decode(m.ViewChanges, encode(self.replies.reply(question, queries)))
         if lost:
             return
-        self.kept[request] = view = after(kept, changes)
+        self.kept[request] = view = with_changes(kept, changes)
         whole = search_view(self.scores.of(queries), text=request.text)
         assert_same(view.whole(), whole)
         fresh = search_view(MapScores(self.belief).of(queries), text=request.text)

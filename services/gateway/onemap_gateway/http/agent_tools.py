@@ -331,7 +331,7 @@ async def search_status(
     gateway: GatewayContext, search_id: WhichSearch = ""
 ) -> Answer[search_replies.SearchSnapshot]:
     """How a search goes or how it ended, with what it found. Does not move the robot."""
-    search = await gateway.told(await gateway.call(keys.SEARCH_GET, m.SearchId(search_id)))
+    search = await gateway.with_places(await gateway.call(keys.SEARCH_GET, m.SearchId(search_id)))
     return Answer(
         f"The search {search.id} for {_subject(search)} is {search.state} after {_spent(search)}: "
         f"{sentence(search.reason)}{_found_names(search)}",

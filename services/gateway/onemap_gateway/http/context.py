@@ -138,7 +138,7 @@ class GatewayContext:
             )
         return search_snapshot(await self.call(procedure, request, timeout_s))
 
-    async def told(self, status: SearchStatus) -> SearchSnapshot:
+    async def with_places(self, status: SearchStatus) -> SearchSnapshot:
         """The search with where its finds are in words, if the mapper says so in time.
 
         The robot's stop does not pass here, since this may wait.

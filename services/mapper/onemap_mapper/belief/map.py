@@ -114,7 +114,7 @@ class BeliefMap:
         )
         self.assume_free(floor)
         self.frames_fused += 1
-        self.histories[robot] = history.after(update, views, offset_m)
+        self.histories[robot] = history.with_frame(update, views, offset_m)
 
     def _offset_m(self, frame: OccupancyUpdate, rows: I64) -> float:
         """How far beside the map what a frame shows stands, metres; 0 if it does not.

@@ -37,7 +37,7 @@ class FrameHistory:
     offset_m: float = 0.0
     keyframes: Keyframes = field(default_factory=Keyframes)
 
-    def after(self, update: FrameUpdate, views: Views, offset_m: float) -> FrameHistory:
+    def with_frame(self, update: FrameUpdate, views: Views, offset_m: float) -> FrameHistory:
         """The history after a frame that counted for so many views."""
         return FrameHistory(
             sequence=update.sequence,
@@ -46,7 +46,7 @@ class FrameHistory:
             start_m=update.camera_m if self.start_m is None else self.start_m,
             camera_m=update.camera_m,
             offset_m=offset_m,
-            keyframes=self.keyframes.after(update.T_map_camera, views),
+            keyframes=self.keyframes.with_frame(update.T_map_camera, views),
         )
 
     def of_new_search(self) -> FrameHistory:

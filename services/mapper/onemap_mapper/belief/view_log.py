@@ -50,7 +50,7 @@ class Keyframes:
         searched = views_since(self.searched, T_map_camera)
         return Views(searched, views_since(self.explored, T_map_camera))
 
-    def after(self, T_map_camera: F64, views: Views) -> Keyframes:
+    def with_frame(self, T_map_camera: F64, views: Views) -> Keyframes:
         """The last keyframes after a frame that counted for so many views."""
         return Keyframes(
             T_map_camera if views.searched > 0 else self.searched,

@@ -89,7 +89,7 @@ class MonitorCounts:
     stops: int = 0
     last: MonitorAction = MonitorAction.PASSED
 
-    def after(self, action: MonitorAction) -> MonitorCounts:
+    def counting(self, action: MonitorAction) -> MonitorCounts:
         """The counts after another command."""
         began = action is not self.last
         return MonitorCounts(

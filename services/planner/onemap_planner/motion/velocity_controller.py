@@ -131,7 +131,7 @@ class VelocityController:
             return replace(stopped, stops=stops, active_s=now_s), True
         track = PathTracker(params, dt_s, inputs.map_age_s, inputs.loop_s, inputs.delivery_s)
         wanted, checked = track.velocity(plan, inputs.pose, self.velocity)
-        counts = self.monitor.after(action_of(wanted, checked.velocity))
+        counts = self.monitor.counting(action_of(wanted, checked.velocity))
         moved = self._after(checked, wanted, params, dt_s=dt_s, now_s=now_s)
         return replace(moved, monitor=counts, active_s=now_s, frame_ns=plan.frame_ns), True
 

@@ -165,7 +165,7 @@ def build_context(
     """
     here = np.asarray(pose.xy)
     map_view = map_view_around(view, here, window_xy)
-    appeared = before.after(map_view, here, view.stamp_ns * 1e-9)
+    appeared = before.with_view(map_view, here, view.stamp_ns * 1e-9)
     beside = replace(beside, appeared_xy=appeared.xy)
     costmap = build_costmap(map_view, here, params, beside)
     return PlanningContext(

@@ -26,7 +26,7 @@ JUMP_RAD = 0.5
 LAG_S = 1.0  # between two poses: without commands for longer, the robot stands
 
 
-def notice(state: PlannerState, observation: Observation, params: DriveParams) -> None:
+def note_displacement(state: PlannerState, observation: Observation, params: DriveParams) -> None:
     """Take in whether the robot was displaced since the last step, of which the state tells."""
     jumped, before = _jumped(state, observation, params), state.displacement
     unnoticed = observation.offset_m > 0
@@ -58,7 +58,7 @@ def _jumped(state: PlannerState, observation: Observation, params: DriveParams) 
     return ""
 
 
-def stand(state: PlannerState) -> Move | None:
+def stand_if_displaced(state: PlannerState) -> Move | None:
     """What a robot does that was displaced; None if it was not, or goes on."""
     displacement = state.displacement
     if displacement is None:

@@ -12,7 +12,7 @@ from onemap_planner.motion.motions import Rotate
 from onemap_planner.policy.arrival import ArrivalState, arrive
 from onemap_planner.policy.choose import choose, head_for, select_candidate
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.displaced import stand
+from onemap_planner.policy.displaced import stand_if_displaced
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.last_resorts import without_goal
@@ -38,7 +38,7 @@ Exploration = Callable[[PlannerState, PlanningContext], Move]
 def next_move(state: PlannerState, taken: TakenIn, exploration: Exploration) -> Move:
     """What the robot does now: stand where it was put, leave a zone, or what the phase says."""
     context = taken.context
-    move = stand(state) or leave_zone(state, context)
+    move = stand_if_displaced(state) or leave_zone(state, context)
     if move is not None:
         return move
     move = _move_of_phase(state, taken, exploration)

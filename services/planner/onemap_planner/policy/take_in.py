@@ -9,7 +9,7 @@ import numpy as np
 from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.policy.choose import can_follow, follow_window
 from onemap_planner.policy.context import Bands, PlanningContext, build_context
-from onemap_planner.policy.displaced import notice
+from onemap_planner.policy.displaced import note_displacement
 from onemap_planner.policy.evidence import update_evidence
 from onemap_planner.policy.names import found_under_other_names
 from onemap_planner.policy.outcome import Observation
@@ -48,7 +48,7 @@ def take_in(
     state: PlannerState, observation: Observation, params: PlannerParams, consensus: Consensus
 ) -> TakenIn | None:
     """Take in an observation; None while the inputs are stale or missing."""
-    notice(state, observation, params.drive)
+    note_displacement(state, observation, params.drive)
     _advance_clock(state, observation, params)
     pose = observation.pose
     if observation.stale_reason or pose is None or observation.view is None:

@@ -410,7 +410,7 @@ def status(
     search that is over is when it ended.
     """
     also = hold or (search.slow if search.active else "")
-    reason = f"{told(search)}; {also}" if also else told(search)
+    reason = f"{reason_of(search)}; {also}" if also else reason_of(search)
     return SearchStatus(
         search_id=search.search_id,
         state=_wire_state(search),
@@ -436,7 +436,7 @@ def status(
     )
 
 
-def told(search: Search) -> str:
+def reason_of(search: Search) -> str:
     """What happens now and why, or why the search ended, in one sentence."""
     return search.choice.sentence or search.reason
 

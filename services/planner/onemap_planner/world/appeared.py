@@ -34,7 +34,7 @@ class Appeared:
         """Centres (n, 2) in metres of the cells in which something has appeared."""
         return self.grid.centres(np.argwhere(self.since_s > NEVER))
 
-    def after(self, map_view: MapView, robot_xy: F64, seen_s: float) -> Appeared:
+    def with_view(self, map_view: MapView, robot_xy: F64, seen_s: float) -> Appeared:
         """With another view of the map, and the robot (2,) metres elsewhere.
 
         seen_s: when the newest frame in the view was taken: what stands there for a while must

@@ -93,7 +93,7 @@ class AssembledView:
         )
 
 
-def after(view: AssembledView | None, changes: ViewChanges) -> AssembledView:
+def with_changes(view: AssembledView | None, changes: ViewChanges) -> AssembledView:
     """The view with these changes. Raises ``ChangesDoNotFit`` if they lead on from another one."""
     grid, planes = changes.grid, len(changes.values)
     occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)

@@ -252,7 +252,7 @@ async def list_searches(gateway: GatewayDep) -> SearchListReply:
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
 async def get_search(search_id: Id, gateway: GatewayDep) -> SearchSnapshot:
     """State, reason and results of a search."""
-    return await gateway.told(await gateway.call(keys.SEARCH_GET, SearchId(search_id)))
+    return await gateway.with_places(await gateway.call(keys.SEARCH_GET, SearchId(search_id)))
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(404, 422, 503))
