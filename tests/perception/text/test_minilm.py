@@ -136,9 +136,9 @@ def test_what_is_no_word_is_refused_also_beside_the_name_of_a_class() -> None:
         except UnknownWordError:
             return False
 
-    letters = ["".join(rng.choice([*ascii_lowercase], rng.integers(4, 9))) for _ in range(100)]
-    sounds = ["".join(rng.choice(SOUNDS, rng.integers(2, 4))) for _ in range(100)]
-    assert sum(accepted(f"{word} chair") for word in letters + sounds) <= 10
+    letters = ["".join(rng.choice([*ascii_lowercase], rng.integers(4, 9))) for _ in range(20)]
+    sounds = ["".join(rng.choice(SOUNDS, rng.integers(2, 4))) for _ in range(20)]
+    assert sum(accepted(f"{word} chair") for word in letters + sounds) <= 4
     real = ("wooden chair", "frying pan", "slippers", "comfy sofa", "reading lamp")
     assert [text for text in real if not accepted(text)] == []
 
