@@ -201,6 +201,23 @@ def seen_out_of_reach(xy: Xy, sightings: int) -> str:
     return f"; seen in {images} at ({xy[0]:.1f}, {xy[1]:.1f}), but no way to it was found"
 
 
+MAX_LEFT_ASIDE = 5  # named at the end of a search
+
+
+def left_aside(things: Sequence[tuple[Xy, str]]) -> str:
+    """What a search left aside, each with its place (metres) and the reason; empty: nothing.
+
+    Those of one reason are named together, in the order in which they come.
+    """
+    places: dict[str, list[str]] = {}
+    for (x, y), why in things[:MAX_LEFT_ASIDE]:
+        places.setdefault(why, []).append(f"({x:.1f}, {y:.1f})")
+    named = [f"at {' and '.join(at)} ({why})" for why, at in places.items()]
+    if len(things) > MAX_LEFT_ASIDE:
+        named.append(f"{len(things) - MAX_LEFT_ASIDE} more")
+    return f"; left aside: {', '.join(named)}" if named else ""
+
+
 # Why the robot leaves a thing aside.
 NOT_CONFIRMED = "the camera did not confirm it from near"
 NO_WAY_TO = "no way leads to it"

@@ -177,6 +177,39 @@ def test_what_was_explored_of_a_place_is_told_of_it() -> None:
     assert ending.reason.startswith("searched everything reachable in the den: 8 m² explored")
 
 
+def test_a_search_that_finds_none_says_of_each_that_was_seen_what_is_wrong() -> None:
+    red, blue = pictured(RGB["red"]), pictured((30, 60, 190))
+    once = replace(blue, xyz=(3.0, 3.0, 0.5), cells=frozenset({(30, 30)}), sightings=1)
+    far = replace(blue, xyz=(3.0, 1.0, 0.5), cells=frozenset({(30, 10)}), sightings=9)
+    state = planner_state(blue, once)
+    state.search = replace(state.search, details=(m.Detail(colour="red"),))
+    here = seen_in_room(m.Detail(colour="red"))
+    state.evidence.takes_any = True
+    state.pass_by(far, "not red")
+    state.reject(far, "no way leads to it")
+    ending = not_found(state, here).event
+    assert isinstance(ending, Ending)
+    told = "at (3.0, 1.0) (not red; no way leads to it), at (1.0, 2.0) and (3.0, 3.0) (not red)"
+    assert f"; left aside: {told}" in ending.reason
+    assert len(state.search.passed) == 3
+    state.evidence.candidates = (red,)
+    state.search = replace(state.search, passed=())
+    ending = not_found(state, here).event
+    assert isinstance(ending, Ending)
+    assert "left aside" not in ending.reason
+
+
+@pytest.mark.parametrize(("likeness", "told"), [(0.05, True), (0.5, False), (np.nan, False)])
+def test_the_best_match_that_has_another_colour_is_told_of(likeness: float, told: bool) -> None:
+    here, state = seen_in_room(m.Detail(colour="red")), planner_state()
+    state.search = replace(state.search, details=(m.Detail(colour="red"),))
+    likenesses = np.full(here.map_view.grid.shape, likeness, np.float32)
+    here = replace(here, map_view=replace(here.map_view, likeness=likenesses))
+    ending = not_found(state, here).event
+    assert isinstance(ending, Ending)
+    assert ending.reason.endswith(", which is not red by the map's colours") == told
+
+
 def test_whether_it_is_in_a_room_that_the_map_does_not_show_yet_cannot_be_told() -> None:
     attic, den = m.Place("attic", inside_m=(30.0, 30.0)), m.Place("den", corners_m=DEN)
     ids = np.full(ROOM.grid.shape, 0, np.int32)

@@ -6,7 +6,7 @@ A step works on a copy, which its functions change; the state that it was given 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import nan
+from math import dist, nan
 
 import numpy as np
 
@@ -275,6 +275,11 @@ class PlannerState:
         """It is not the object, or cannot be reached; why: in words, for those who wait."""
         self.evidence.reject(candidate)
         self.idle_since_s = None
+        if self.evidence.takes_any:  # it is known already not to be as described
+            here = [
+                p for p in self.search.passed if dist(p.position_m, candidate.xyz[:2]) <= MERGE_M
+            ]
+            why = "; ".join(dict.fromkeys([*(each.reason for each in here), why]))
         self.pass_by(candidate, why)
 
     def pass_by(self, candidate: ObjectCandidate, why: str = "") -> None:

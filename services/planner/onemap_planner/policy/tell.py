@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import inf, isfinite, radians, tan
+from math import dist, inf, isfinite, radians, tan
 
 import numpy as np
 
@@ -28,15 +28,19 @@ from onemap_planner.sentences import (
     found_other,
     gained,
     goal_sentence,
+    left_aside,
     seen_out_of_reach,
     zone_in_the_way,
 )
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import MERGE_M, ObjectCandidate
 from onemap_planner.world.distances import distance_cells
-from onemap_shared.conditions import is_excluded
+from onemap_planner.world.map_view import MapView
+from onemap_shared.conditions import UNLIKE, is_excluded
+from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     MAX_GOAL_OPTIONS,
+    NO_DETAIL,
     CheckedCondition,
     Coverage,
     FailureCode,
@@ -152,6 +156,9 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
         return Move(event=other_object(state, other, conditions))
     coverage, doubted = coverage_of(context), against_map(state, context)
     named = f"; {_told(*doubted[0])}" if doubted else ""
+    if state.search.detail != NO_DETAIL:
+        _pass_by_all(state, context)
+        named = left_aside([(each.position_m, each.reason) for each in state.search.passed]) + named
     beyond = [c for c in agreed(state) if find_viewpoint(c, context) is None]
     if beyond:
         named += seen_out_of_reach(beyond[0].xyz[:2], beyond[0].sightings)
@@ -164,6 +171,16 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
         ending = Ending(SearchState.FAILED, seen, FailureCode.UNREACHABLE, coverage)
         return Move(event=ending)
     return Move(event=Ending(SearchState.NOT_FOUND, reason, coverage=coverage))
+
+
+def _pass_by_all(state: PlannerState, context: PlanningContext) -> None:
+    """Tell of everything seen of the name what is wrong with it, however seldom it was seen."""
+    told = [each.position_m for each in state.search.passed]
+    for candidate in state.evidence.supported:
+        conditions = check_find(candidate, context, state.evidence, state.found_objects)
+        why = "; ".join(wrong(conditions))
+        if why and all(dist(candidate.xyz[:2], xy) > MERGE_M for xy in told):
+            state.pass_by(candidate, why)
 
 
 def _told(best: ObjectCandidate, probable: float) -> str:
@@ -193,11 +210,24 @@ def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) 
     if not coverage.best_match_m:
         return f"{text}; the map has no features"
     x, y = coverage.best_match_m
-    (cell,) = map_view.world_cells(map_view.grid.cells(np.array([[x, y]])))
+    at = map_view.grid.cells(np.array([[x, y]]))
+    (cell,) = map_view.world_cells(at)
     others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
     found_object = found_object_at(cell, others)
     there = f", which is the {found_object.name} found before" if found_object else ""
+    if not there and _has_other_colour(map_view, at[0]):
+        there = f", which is not {detail.colour} by the map's colours"
     return f"{text}; best match {coverage.best_score:.2f} at ({x:.1f}, {y:.1f}){there}"
+
+
+def _has_other_colour(map_view: MapView, at: I64) -> bool:
+    """Whether the map's colours around a cell (2,) exclude the one that is asked for."""
+    if map_view.likeness is None:
+        return False
+    low = np.maximum(at - 1, 0)
+    around = map_view.likeness[low[0] : at[0] + 2, low[1] : at[1] + 2]
+    known = around[np.isfinite(around)]
+    return bool(known.size) and float(np.median(known)) < UNLIKE
 
 
 def _zone_before(candidates: Iterable[ObjectCandidate], context: PlanningContext) -> str:
