@@ -28,7 +28,7 @@ def _phrase(text: str) -> str:
 
 # What is said around any request.
 COURTESY = any_of("kindly/just/maybe/so/now/uh/um/er/oh", "hey/hi/hello/ok/okay (robot)")
-COURTESY = f"(?:{COURTESY}|(?:robot|well|excuse me)(?=,)[\\s,]*)*"
+COURTESY = f"(?:{COURTESY}|(?:robot|well|sorry|excuse me)(?=,)[\\s,]*)*"
 # What asks somebody to do it, what asks for a place, and what sends the robot there.
 CAN_YOU = any_of(
     *("can/could/would/will you", "would you mind", "try to", "help me (to)", "let's"),
@@ -82,12 +82,14 @@ INDIRECT = re.compile(
     rf"(?:\s+and\s+{any_of('go/drive there', 'take me there')})?",
     re.I,
 )
-NAMES = "(?:my )?(?:dear|darling|honey|sweetheart|friend|buddy|robot)"
+NAMES = "(?:my )?(?:dear|darling|honey|sweetheart|friend|buddy|robot|mate|sir|young (?:man|lady))"
 YOU = "(?:can|could|will|would) you(?: check)?|if you(?: please)?|and tell me|for me|i guess"
 HERE = r"(?:around )?here|(?:in|around) (?:the|this) (?:apartment|flat|house|home|place)"
-WHEN = "anywhere|somewhere|around|quick(?:ly)?|right now|now|will do|too|as well"
+WHEN = (
+    "anywhere|somewhere|around|(?:real(?:ly)? )?quick(?:ly)?|right now|now|will do|too|as well|lol"
+)
 CLOSING = re.compile(rf"(?:,\s*{NAMES}|[\s,]+(?:{YOU}|(?:in )?{HERE}|{WHEN}))$", re.I)
-PLEASE = re.compile(r"[\s,]*\b(?:please|pls|plz|thank you|thanks)\b[\s,!]*", re.I)
+PLEASE = re.compile(r"[\s,]*\b(?:(?:pretty\s+)*please|pls|plz|thank you|thanks)\b[\s,!]*", re.I)
 # "I'm thirsty, find me something to drink": why it is asked for says nothing of it.
 REASON = re.compile(
     r"(?:i['’]m|i am|we['’]re|we are|it['’]s) (?!looking|after)[^,.!?]*[,.!?]+\s*(?=\S)", re.I
@@ -118,11 +120,19 @@ NO_NAME = (
     "have|has|had|if|what|who|when|why|how|there|where|let|go|get|find|yourself|happened|avoid|"
     "than|as|like|because|so|very|really|then|though|also|only|even|already|still|again|out|hiding|"
     "but|nowhere|never|hardly|not|no|isn't|aren't|minus|skip|ignore|it's|too|longer|either|away|"
-    "preferably|ideally|perhaps"
+    "preferably|ideally|perhaps|while|halfway|upstairs|downstairs"
+)
+# What begins a request for another deed than to find a thing or go to it.
+DEEDS = "turn|stop|come|put|follow|wait|pick|carry|switch|check|look|search"
+UNKNOWN_COLOURS = (
+    "beige|turquoise|teal|magenta|cyan|maroon|lilac|navy|colou?rful|multicolou?red|"
+    r"(?:redd|green|blu|yellow|brown|grey|black|whit|orang|purpl|pink)ish"
 )
 
 NUMBERS = "two|three|four|five|six|seven|eight|nine|ten|twelve|dozen"
-ORDINALS = "second|third|fourth|fifth|sixth|last|next|other|1st|2nd|3rd|[4-9]th"
+ORDINALS = (
+    "second|third|fourth|fifth|sixth|last|next|other|1st|2nd|3rd|[4-9]th|left|right|upper|lower"
+)
 SIZES = (
     "big|small|large|tall|short|long|tiny|huge|little|narrow|wide|heavy|bigger|smaller|larger|"
     "taller|biggest|smallest|largest|tallest|longest|nearest|closest|farthest|furthest|newest|"
@@ -144,7 +154,12 @@ NOT_MODELLED = tuple(
     (re.compile(words, re.I), hint)
     for words, hint in (
         (r"[()\[\]{}].*", "ask without brackets"),
-        (r"\w+[.?!;:](?:\s.*|$)", "ask in one sentence"),
+        (r"\w+[.?!;:]+(?:\s.*|$)", "ask in one sentence"),
+        (r"&|\+|\bplus\b", "ask for each by itself"),
+        (
+            r"#.*|\bnumber\s+(?=\d)",
+            "things of one name are not counted: say what it is next to, or in which room",
+        ),
         (r"\b(?:or|nor)\b", "of one or the other: ask for each by itself"),
         (
             rf"{START}(?:\d+|{NUMBERS}|{COUNTS})(?=\s)",
@@ -165,6 +180,28 @@ NOT_MODELLED = tuple(
         ),
         (rf"{START}(?:{STATES})(?=\s|$)", "the state of a thing is not seen: name it alone"),
         (r"\b(?:more|less|\w+er)\b.*\bthan\b", "things are not compared: name one alone"),
+        (
+            r"\b(?:near|clos|furth|farth)est\b",
+            "sizes and distances are not compared: say a colour, or what it is next to",
+        ),
+        (
+            rf"\bfor (?:\d+|one|{NUMBERS})\b",
+            "for how many a thing is, is not known: name it alone",
+        ),
+        (
+            rf"{START}(?:{UNKNOWN_COLOURS})(?=\s)",
+            "known colours are black, white, grey, red, orange, yellow, green, blue, purple, pink "
+            "and brown",
+        ),
+        (
+            rf"{START}(?:corner|middle|centre|center|end|edge|side|back|front|top|bottom) of\b",
+            "a part of a thing or room is not asked for: name the whole",
+        ),
+        (
+            r"^(?:some|any)(?:thing|where) .*",
+            "say what it is for, as in 'something to sit on', or name it",
+        ),
+        (rf"^(?:{DEEDS})(?=$|\s)", "a robot finds a thing or goes to one: name the thing"),
         (rf"(?<![\w-])(?:{NO_NAME})(?![\w-])", "it belongs to no name of a thing"),
     )
 )

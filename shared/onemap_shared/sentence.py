@@ -96,6 +96,7 @@ NOT_UNDERSTOOD = (
     *("away from", "far from", "nowhere near", "not from", "not at", "not behind", "not beside"),
     *("not close to", "not too", "never in", "no longer"),
     *("not next to", "not between", "from", "along", "among", "through", "into", "onto", "toward"),
+    *("towards", "facing", "off", "within", "to"),
 )
 UNDERSTOOD = (
     "a sentence names an object, perhaps with a colour before it, and says what it is on, under, "
@@ -117,7 +118,7 @@ FILLED = (
     r"(?P<that>(?:that|which)(?:['’]s|\s+(?:is|are|stands?|lies|hangs?|sits?))\s+)?"
     r"(?:(?:standing|lying|sitting|hanging|placed|right|somewhere|located|anywhere(?!\s+(?:but|except)\b))\s+)?"
 )
-JOINT = r"(?:(?P<joint>and|but|or|though)\s+)?(?:(?:just|only|preferably|ideally)\s+)?"
+JOINT = r"(?:(?P<joint>and|but|or|though|while)\s+)?(?:(?:just|only|preferably|ideally)\s+)?"
 CLAUSE_HEAD = rf"{JOINT}{FILLED}(?P<words>{'|'.join(WORDS)})(?=\s|$)"
 CLAUSE = re.compile(rf"(?:^|[\s,;]+){CLAUSE_HEAD}", re.I)
 SENTENCE_COMMA = re.compile(rf"\s*,(?!\s*{CLAUSE_HEAD})\s*(?:and\s+)?", re.I)
@@ -141,6 +142,7 @@ IN_COLOUR = re.compile(
 )
 NO_NAMES = frozenset({"one", "ones", "it", "that", "this", "those", "them", "there", "here"})
 NO_NAMES |= {"something", "anything", "somewhere", "thing", "things", "place", "nothing"}
+NO_NAMES |= {"everything", "stuff"}
 OPEN = "it is unclear what lies beside what: parts of one object are joined by 'and'"
 CHAIN = 3  # relations in a row, nothing between them, from which it is open what lies beside what
 Clause: TypeAlias = tuple[str, str, str]  # part, words, phrase
@@ -234,6 +236,9 @@ def listed_sentences(text: str) -> list[str]:
     pieces = THEN.sub("\n", FIRST.sub("", plain)).split("\n")
     pieces = [each for piece in pieces for each in _at_commas(piece)]
     said = [each for piece in pieces if piece.strip(" ,;") for each in _joined_by_and(piece)]
+    for each in said if len(said) > 1 else ():
+        if normalised(each) in ROOM_WORDS:  # "living room, the sofa" means one thing
+            raise _not_understood(each, "it is a room: say 'in' before it, after the thing's name")
     return said or [text]
 
 

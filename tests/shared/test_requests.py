@@ -15,14 +15,7 @@ REQUESTS = json.loads((ROOT / "tests/data/requests.json").read_text(encoding="ut
 RELATION_NAMES = {RelationKind.NEXT_TO: "near", RelationKind.IN: "inside"}
 # Names of no thing in the apartment: whether one is known is for the encoder to say.
 FOR_THE_ENCODER = {"unknown word", "person", "not a thing", "other attribute"}
-READ_OTHERWISE = [
-    "pls find teh freezer",  # likewise
-    "Living room, the sofa",  # as a list of two
-    "find me a pen real quick",
-    "something to sit on that isn't the bed lol",
-    "Would you happen to know where the kettle is, young man?",
-    "show me the skateboard pretty pretty please",
-]
+READ_OTHERWISE = ["pls find teh freezer"]  # that no word is "teh" is for the encoder to say
 
 
 def meaning(text: str) -> dict[str, Any] | None:

@@ -130,6 +130,10 @@ REFUSED = {
     "we are not allowed in the hall, find the cup": ("find", "no name"),
     "a chair but not that": ("that", "a sentence names an object"),
     "something, not a sofa": ("something", "one thing or place"),
+    "the corner of the kitchen": ("the corner of", "name the whole"),
+    "check under the bed for slippers": ("check", "name the thing"),
+    "sofa number 2": ("number", "not counted"),
+    "the chair... the red one": ("chair...", "one sentence"),
 }
 
 
