@@ -268,7 +268,7 @@ class ObjectListReply(Reply):
     objects: tuple[MapObject, ...]
     left_out: int = Field(
         default=0,
-        description="Objects that are not kept any more, because others took their room.",
+        description="Objects that are no longer kept, because newer ones took their place.",
     )
 
 

@@ -178,7 +178,7 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
             what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}"
         )
     if believed >= MAYBE or possible >= LIKELY:
-        why = f"{' or '.join(map(the, relation.anchors))} there is hardly seen"
+        why = f"{' or '.join(map(the, relation.anchors))} there was hardly seen"
         return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     reach_m = REACH_M[kind] + FADE_M
     if away_m > REACH_M[kind] and _unseen_m2(thing.cells, around, reach_m) >= UNSEEN_M2:

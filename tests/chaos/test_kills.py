@@ -168,7 +168,7 @@ def test_a_hanging_service_is_to_be_restarted_and_an_ended_one_started(system: S
     assert doctor.returncode == 1
     status = system.onemap("status", "--url", str(system.http.base_url))
     for sentence in (problem_of(system, service), refusal["detail"], answer.json()["detail"]):
-        assert sentence.startswith(f"The {service} has not been heard for ")
+        assert sentence.startswith(f"The {service} has not been heard from for ")
         assert sentence.endswith("restart it rather than start a second one.")
     for output in (doctor.stdout, status.stdout):
         words = " ".join(output.split())

@@ -19,7 +19,7 @@ from tests.end_to_end.system import MOVING_MPS, PATIENCE_S, START_S, System, abs
 
 pytestmark = pytest.mark.timeout(1200)
 
-PLANNER_ENDED, DRIVER = "the planner ended before", "driver was started anew"
+PLANNER_ENDED, DRIVER = "the planner ended before", "driver was restarted"
 WATCHED_S = 4.0
 STILL_M = 0.02
 

@@ -185,8 +185,8 @@ def test_a_service_that_falls_silent_hangs_and_must_not_be_started_twice() -> No
     report = service_status.assess_service("mapper", well(10.0), 14.0)
     assert report.condition == service_status.DOWN
     assert report.problem == (
-        "The mapper has not been heard for 4 s: its process hangs or its link is down; restart it "
-        "rather than start a second one."
+        "The mapper has not been heard from for 4 s: its process hangs or its link is down; "
+        "restart it rather than start a second one."
     )
 
 
@@ -197,7 +197,9 @@ def test_a_token_that_outlives_the_heartbeat_is_of_a_process_that_hangs(
     state = well(10.0).with_members(MEMBERS - members("mapper"), 10.0 + lost_after_s)
     report = service_status.assess_service("mapper", state, 18.0)
     assert report.condition == service_status.DOWN
-    assert report.problem.startswith("The mapper has not been heard for 8 s: its process hangs")
+    assert report.problem.startswith(
+        "The mapper has not been heard from for 8 s: its process hangs"
+    )
     assert report.problem == service_status.hung_problem("mapper", state, 18.0)
     fault = service_status.find_pipeline_fault(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
     assert fault is not None

@@ -316,7 +316,7 @@ def test_a_search_ends_with_the_driver_that_it_was_accepted_for(
     assert len(driven) <= 1  # until its first odometry: made for the driver before
     status = services.get()
     assert status.state is SearchState.INTERRUPTED
-    assert "driver was started anew" in status.reason
+    assert "driver was restarted" in status.reason
     services.caller.call(keys.SEARCH_START, status.again(2.0))
     services.until(lambda: any(map(moves, services.sent_commands())))
 

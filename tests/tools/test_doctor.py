@@ -72,7 +72,7 @@ def changed(**changes: Any) -> Observations:
     return replace(HEALTHY, **changes)
 
 
-HUNG = "The mapper has not been heard for 8 s: its process hangs or its link is down."
+HUNG = "The mapper has not been heard from for 8 s: its process hangs or its link is down."
 ERRORS = (
     (with_service("planner", condition="down", problem=HUNG, metrics={}), HUNG),
     (with_service("planner", condition="degraded", ready=False, problem="No frames."), "No frames"),

@@ -42,8 +42,8 @@ from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
 STOPPED = (
-    "the robot was told to stop after this was asked for, or its planner began after it, and "
-    "nothing was started: ask again if it shall set out"
+    "nothing was started: after this was asked for, the robot was told to stop, or its planner was "
+    "restarted; ask again if it is to set out"
 )
 
 
@@ -307,8 +307,8 @@ class SearchCommands:
         if now[0] != asked[0] or (to_coordinates and now != asked):
             raise RequestRejected(
                 "stopped",
-                "the robot's driver or the map became another one, or the robot's position jumped, "
-                "while the request was checked, and nothing was started: ask again",
+                "nothing was started: while the request was checked, the robot's driver or the map "
+                "was replaced, or the robot's position jumped; ask again",
             )
         if to_coordinates and request.continues:
             self._reject_coordinates_of_before(request.continues)
@@ -320,9 +320,9 @@ class SearchCommands:
                 return
         raise RequestRejected(
             "conflict",
-            "the planner, the robot's driver or the map is another one since that search began, "
-            "or the robot's position jumped, and its coordinates may be another place now: say "
-            "again where to drive",
+            "since that search began, the planner, the robot's driver or the map was replaced, or "
+            "the robot's position jumped: its coordinates may be another place now, so say again "
+            "where to drive",
         )
 
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:

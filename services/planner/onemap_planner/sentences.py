@@ -128,7 +128,8 @@ def driving(place: str, *, look: bool, where: str = "") -> str:
 RETURNING = "going back to where it set out"
 RETURNED = "back where it set out"
 START_LOST = (
-    "the robot's position jumped or the map was replaced since, and that may be another place now"
+    "since then the robot's position jumped or the map was replaced, and its coordinates may be "
+    "another place now"
 )
 
 
@@ -166,7 +167,7 @@ def looking_for(name: str) -> str:
 
 def confirming(name: str) -> str:
     """That the robot stands before what it takes for the object."""
-    return f"standing before it, making sure that it is {a(name)}"
+    return f"standing in front of it, making sure that it is {a(name)}"
 
 
 class Agreement(str, Enum):
@@ -181,7 +182,7 @@ def confirmed(
     sightings: int, agreement: Agreement, name: str = "", checks: Sequence[str] = ()
 ) -> str:
     """That the object was found, and which parts of its description hold, if there is one."""
-    seen = f"seen in {sightings} images, from near, {agreement.value}"
+    seen = f"seen in {sightings} images from near, {agreement.value}"
     return f"{a(name)}, {'; '.join(checks)}; {seen}" if checks else seen
 
 
@@ -241,13 +242,13 @@ def creeps_unseen(floor_m: float) -> str:
 
 def pose_jumped(what: str, by: str) -> str:
     """That the robot stands, because its position or heading changed by more than it can drive."""
-    return f"standing still: its {what} jumped by {by}, was it pushed or carried?"
+    return f"standing still: its {what} jumped by {by}; was the robot pushed or carried?"
 
 
 def beside_map(by_m: float) -> str:
     """That the robot stands, because what it sees is elsewhere on the map."""
-    where = f"{by_m:.1f} m beside where the map has it"
-    return f"standing still: what the camera sees stands {where}, was it pushed?"
+    where = f"{by_m:.1f} m away from where the map shows it"
+    return f"standing still: what the camera sees is {where}; was the robot pushed?"
 
 
 def leaving_zone(name: str, *, known: bool) -> str:
@@ -264,8 +265,8 @@ def no_place(name: str, known: Sequence[str]) -> str:
 
 
 NO_WAY_BACK = (
-    "it is not known where the robot stood when the last search began, or its position jumped, or "
-    "the planner, the robot's driver or the map is another one since then"
+    "it is not known where the robot stood when the last search began: there was none, or since "
+    "then the robot's position jumped, or the planner, the driver or the map was replaced"
 )
 
 
@@ -293,7 +294,7 @@ def outside(place: str, by_m: float, bounds_m: tuple[float, float, float, float]
 
 PLANNER_STOPPED = "the planner was stopped"
 PLANNER_ENDED = "the planner ended before the search did"
-DRIVER_CHANGED = "the robot's driver was started anew, or another one drives the robot"
+DRIVER_CHANGED = "the robot's driver was restarted, or another one drives the robot"
 
 
 def interrupted(why: str, at_ns: int, results: Iterable[ObjectResult]) -> str:

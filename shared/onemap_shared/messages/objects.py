@@ -117,7 +117,7 @@ class ObjectList(checks.Message):
     Attributes:
         objects: without their pictures, at most 150.
         left_out: number of objects that were found earlier and are not kept any more, because
-            others took their room.
+            newer ones took their place.
     """
 
     objects: Annotated[tuple[KeptObject, ...], checks.items(MAX_LISTED_OBJECTS)]

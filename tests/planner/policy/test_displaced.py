@@ -76,8 +76,8 @@ def test_it_looks_around_where_only_the_camera_tells_and_drives_on() -> None:
     run.step()
     assert run.world.velocity == STOP
     assert run.state.search.slow == (
-        "standing still: what the camera sees stands 0.4 m beside where the map has it, was it "
-        "pushed?"
+        "standing still: what the camera sees is 0.4 m away from where the map shows it; was the "
+        "robot pushed?"
     )
     turned_rad = 0.0
     while not isinstance(run.state.search.phase, Exploring) or turned_rad == 0.0:
@@ -136,8 +136,8 @@ def test_it_does_not_return_to_coordinates_of_before_a_jump(on_way_back: bool) -
     search = run.until_over(400.0)
     assert search.phase == Finished(SearchState.FOUND)
     assert search.reason == (
-        "found 1 of 1; it did not get back to where it set out: the robot's position jumped or "
-        "the map was replaced since, and that may be another place now"
+        "found 1 of 1; it did not get back to where it set out: since then the robot's position "
+        "jumped or the map was replaced, and its coordinates may be another place now"
     )
     assert search.start_lost
     assert search.returned_m < 0.5

@@ -103,7 +103,7 @@ def test_a_find_says_whether_two_opinions_agree(
         message = replace(detections([(0.5, 0.5, 0.5)]), independent=each)
         seen += sightings_of("sofa", message, map_view, seen_from=HERE)
     (candidate,) = merge_sightings((), seen)
-    assert confirmed(12, candidate.agreement) == f"seen in 12 images, from near, {said}"
+    assert confirmed(12, candidate.agreement) == f"seen in 12 images from near, {said}"
 
 
 @pytest.mark.parametrize(

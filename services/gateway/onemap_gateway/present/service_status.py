@@ -101,7 +101,7 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
         return ""
     # A second process would publish on the same topics as the one that hangs.
     return (
-        f"{sentence_subject(name)} has not been heard for {silent_s:.0f} s: its process "
+        f"{sentence_subject(name)} has not been heard from for {silent_s:.0f} s: its process "
         "hangs or its link is down; restart it rather than start a second one."
     )
 

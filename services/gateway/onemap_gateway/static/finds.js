@@ -35,7 +35,7 @@ export class Finds {
   showList(leftOut) {
     by("finds-card").hidden = !this.objects.length;
     by("finds-left-out").hidden = !leftOut;
-    by("finds-left-out").textContent = `Not kept any more, for want of room: ${leftOut}.`;
+    by("finds-left-out").textContent = `No longer kept, for lack of space: ${leftOut}.`;
     this.showRows();
   }
 

@@ -188,8 +188,8 @@ def _told(best: ObjectCandidate, probable: float) -> str:
     hits = sum(tally.hits for tally in best.near_views)
     x, y, _ = best.xyz
     return (
-        f"detected at ({x:.1f}, {y:.1f}) in {hits} of {best.near_frames} near views where the map "
-        f"does not agree, probability {probable:.2f}"
+        f"detected at ({x:.1f}, {y:.1f}) in {hits} of {best.near_frames} near views, though the "
+        f"map does not agree, with a probability of {probable:.2f}"
     )
 
 
