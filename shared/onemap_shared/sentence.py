@@ -411,6 +411,13 @@ def _thing(phrase: str) -> str:
     return name
 
 
+def names_of(sentence: Sentence, stands_for: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """The names for which its description stands, as of its text, without those it excludes."""
+    excluded = sentence.detail.negatives
+    names = stands_for.get(sentence.name, ())
+    return tuple(name for name in names if not any(same_name(name, no) for no in excluded))
+
+
 def in_words(
     sentences: Sequence[Sentence],
     places: Collection[str] | None = None,
@@ -431,8 +438,10 @@ def in_words(
 
     said = []
     for each in sentences:
-        detail, names = each.detail, " or ".join(stands_for.get(each.name, ()))
-        parts = [f"{detail.colour} {_bare(each.name)}".strip() + (f" ({names})" if names else "")]
+        detail = each.detail
+        names = " or ".join(map(indefinite, names_of(each, stands_for)))
+        told = f" (probably {names})" if names else ""  # an encoder's guess
+        parts = [f"{detail.colour} {_bare(each.name)}".strip() + told]
         for relation in detail.relations:
             near = relation.kind is RelationKind.NEXT_TO
             words = f"within {NEXT_TO_M:g} m of" if near else relation.kind.words

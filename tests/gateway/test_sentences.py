@@ -131,13 +131,16 @@ def test_a_description_stands_for_names(router: MemoryRouter, mapper: FakeMapper
         router.bus("perception").serve(keys.EMBED_TEXT, embed)
         reply = client.post("/v1/queries", json={"text": text, "in": "kitchen"}).json()
         assert reply["stands_for"] == ["chair", "sofa"]
-        assert reply["understood"] == f"{text} (chair or sofa), in Kitchen"
+        assert reply["understood"] == f"{text} (probably a chair or a sofa), in Kitchen"
         read = client.get("/v1/words", params={"text": f"{text}"}).json()
         assert read == {
             "texts": [text],
-            "understood": f"{text} (chair or sofa), anywhere",
+            "understood": f"{text} (probably a chair or a sofa), anywhere",
             "stands_for": ["chair", "sofa"],
         }
+        read = client.get("/v1/words", params={"text": f"{text} that is not a sofa"}).json()
+        assert read["understood"] == f"{text} (probably a chair), not a sofa, anywhere"
+        assert read["stands_for"] == ["chair"]
         refused = client.get("/v1/words", params={"text": "something to fly with"})
         assert refused.json()["type"] == "/docs#problem-unknown_word"
 

@@ -55,9 +55,13 @@ def test_a_description_does_not_compete_with_the_classes_that_it_stands_for() ->
     words = {**VECTORS, "something to sit on": (0.6, 0.1, 0.6, 0.1)}
     rows = np.stack([unit(np.array(v, np.float32)) for v in words.values()])
     asked = QueryEncoder(VOCABULARY, EmbeddingTable(tuple(words), rows), CALIBRATION).queries(
-        ["something to sit on", "The Couch", "harp", "umbrella"], encoder_id="e", text_space="s"
+        ["something to sit on", "The Couch", "harp", "umbrella", "Anything to sit on"],
+        encoder_id="e",
+        text_space="s",
     )
-    assert asked.stands_for == (("sofa", "lamp"), ("sofa",), ("lamp",), ("sofa", "lamp"))
+    described = ("sofa", "lamp")
+    assert asked.stands_for == (described, ("sofa",), ("lamp",), ("sofa", "lamp"), described)
+    np.testing.assert_array_equal(asked.embeddings[0], asked.embeddings[4])
     np.testing.assert_array_equal(asked.neutral_mask[0], [0, 0, 1])  # the car competes
     np.testing.assert_array_equal(asked.neutral_mask[3], [1, 1, 1])  # with a name all do
     assert asked.only(np.array([1])).stands_for == (("sofa",),)

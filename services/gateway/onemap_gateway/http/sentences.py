@@ -13,7 +13,7 @@ from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import Described
 from onemap_shared import keys
 from onemap_shared.messages import PlacesRequest, TextRequest
-from onemap_shared.sentence import Sentence, in_words, is_description
+from onemap_shared.sentence import Sentence, in_words, is_description, names_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class Understood:
     stands_for: Mapping[str, tuple[str, ...]]
 
     def names(self, sentence: Sentence) -> tuple[str, ...]:
-        """The names for which its description stands; none of a name."""
-        return self.stands_for.get(sentence.name, ())
+        """The names for which its description stands, but those it excludes; none of a name."""
+        return names_of(sentence, self.stands_for)
 
     def in_words(self, *sentences: Sentence) -> str:
         """How these, or all of them, were understood."""
