@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import resource
-import threading
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,33 +75,6 @@ def machine_facts(device: torch.device | None = None) -> dict[str, Any]:
 def peak_process_bytes() -> int:
     """The most memory that this process had resident until now."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-
-
-def peak_bytes(run: Callable[[], object]) -> int:
-    """The most memory of its own that this process takes while it runs, above what it had before.
-
-    Without pages of files that are mapped into it, which the system may drop. 0 but on Linux.
-    """
-    statm, sizes, ended = Path("/proc/self/statm"), [0], threading.Event()
-    if not statm.exists():
-        return 0
-
-    def sample() -> int:
-        resident, shared = map(int, statm.read_text(encoding="ascii").split()[1:3])
-        return (resident - shared) * resource.getpagesize()
-
-    def watch() -> None:
-        while not ended.wait(0.005):
-            sizes.append(sample())
-
-    before, watching = sample(), threading.Thread(target=watch)
-    watching.start()
-    try:
-        run()
-    finally:
-        ended.set()
-        watching.join()
-    return max(*sizes, sample()) - before
 
 
 def parse_size(text: str) -> tuple[int, int]:

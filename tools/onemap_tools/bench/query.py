@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,9 +17,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
 from onemap_mapper.query.similarity import ScoreCache, TextQuery
-from onemap_mapper.storage.map_file import LiveMap, read
-from onemap_mapper.storage.snapshot import restore
-from onemap_tools.bench.machine import Clock, best_ms, clock_of, machine_facts, peak_bytes
+from onemap_tools.bench.machine import Clock, best_ms, clock_of, machine_facts
 from onemap_tools.bench.options import QueryBench
 
 CHANNELS = 768
@@ -62,7 +57,7 @@ def run(options: QueryBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "texts_over_product": round(times_ms["texts_at_once_ms"] / matrix_ms, 2),
         "standing_texts": STANDING,
         "standing_ms_per_frame": _standing_ms(belief, texts[:STANDING], clock, generator),
-        **_memory_bytes(belief, texts[0]),
+        "map_bytes": belief.memory_bytes,
         **machine_facts(device),
     }
 
@@ -126,36 +121,6 @@ def _query(text: str, own: Tensor, neutral: Tensor) -> TextQuery:
 def _read(store: CellStore) -> float:
     """Read the whole table once: the sum of its bytes as float32."""
     return float(torch.stack([block.view(torch.float32).sum() for block in store.blocks]).sum())
-
-
-def _memory_bytes(belief: BeliefMap, text: TextQuery) -> dict[str, int]:
-    """The map, what queries keep and copy of it, and the most that a file of it takes in addition.
-
-    Loading makes a map of its own, which counts.
-    """
-    cache, version = ScoreCache(), belief.version()
-    cache.sums_of(text).of(belief.store, belief.revision, slice(None))
-    weights = cache.nbytes
-    cache.scores_of_all([text], belief.store, belief.revision)
-    loaded: list[BeliefMap] = []
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "map.npz"
-        live = LiveMap(threading.Lock(), lambda: belief)
-        saving = peak_bytes(lambda: live.write(path))
-        loading = peak_bytes(
-            lambda: loaded.append(
-                restore(read(path), belief.params, encoder_id="", first_revision=0)
-            )
-        )
-    return {
-        "map_bytes": belief.memory_bytes,
-        "weights_bytes": weights,
-        "bytes_per_text": cache.nbytes - weights,
-        "version_bytes": version.nbytes,
-        "saving_peak_bytes": saving,
-        "loading_peak_bytes": loading,
-        "loaded_map_bytes": loaded[0].memory_bytes,
-    }
 
 
 def _standing_ms(
