@@ -35,6 +35,19 @@ SECTIONS = ("bus", "log", *SERVICES)
 NO_SETTING = "remove it, since 'onemap config schema' lists all settings"
 
 
+class _Loader(yaml.SafeLoader):
+    """YAML in which no key stands twice: the first would be lost without a word."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
+        before: set[str] = set()
+        for key, _ in node.value:
+            name = str(key.value)
+            if name in before:
+                raise yaml.MarkedYAMLError(None, None, "a key stands twice", key.start_mark)
+            before.add(name)
+        return super().construct_mapping(node, deep)
+
+
 class ConfigError(Exception):
     """A configuration that cannot be used; the text says where and what to write instead."""
 
@@ -122,7 +135,7 @@ def read(
     document: Any = {}
     if path is not None:
         try:
-            document = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+            document = yaml.load(path.read_text(encoding="utf-8"), _Loader) or {}
         except OSError as problem:
             reason = problem.strerror or problem
             raise ConfigError(f"cannot read configuration {path}: {reason}") from problem

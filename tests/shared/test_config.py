@@ -57,6 +57,8 @@ BAD_FILES = {
     "not a mapping": ("- 1", "must be a mapping of sections, not list"),
     "section is a value": ("mapper: 3", "section 'mapper' must be a mapping"),
     "not yaml": ("mapper: {", "not valid YAML"),
+    "twice": ("log: {}\nmapper: {}\nlog: {}", r"not valid YAML \(line 3, column 1\): a key stands"),
+    "twice below": ("log: {level: info, level: debug}", r"column 20\): a key stands twice"),
     "no date": (
         "mapper: {a: 2001-13-45}",
         "not valid YAML: a date or a number in it cannot be read",
