@@ -3,35 +3,41 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 import pytest
 
-from onemap_perception.config import KNOWN_MODELS, PerceptionConfig
+from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.models.choice import ModelChoice, check_packages, choose, perception_section
+from onemap_tools.models.choice import check_packages, perception_section
 
-TIPS = "google/tipsv2-b14"
+TIPS, LARGE = "google/tipsv2-b14", "google/tipsv2-l14"
 COCO, OPEN = "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
-ROUTED = {"backend": "routed", "model": OPEN, "device": "cpu"}
+OMDET = "omlab/omdet-turbo-swin-tiny-hf"
 
 
-def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[str, Any]:
-    """The section after these names; it is valid."""
-    after = perception_section(before, choose(names), device)
-    PerceptionConfig.model_validate(after)
-    return after
+def part(backend: str, model: str) -> dict[str, str]:
+    """The settings of an encoder or a detector."""
+    return {"backend": backend, "model": model, "device": "cpu"}
 
 
-def test_hub_ids_and_an_encoder_with_a_detector() -> None:
-    assert choose(["google/tipsv2-l14", "routed"]) == ModelChoice(
-        "tipsv2", "google/tipsv2-l14", {"coco": COCO, "open_vocabulary": OPEN}
-    )
-    omdet = "omlab/omdet-turbo-swin-tiny-hf"
-    assert choose([omdet]) == ModelChoice(detectors={"open_vocabulary": omdet})
-    # A routed detector with another network for one of its halves.
-    assert choose(["routed", omdet]).detectors == {"coco": COCO, "open_vocabulary": omdet}
+ROUTED, FAST = part("routed", OPEN), part("coco", COCO)
+
+
+@pytest.mark.parametrize(
+    ("names", "section"),
+    [
+        # An encoder without calibration gets a detector that needs none.
+        (["tipsv2"], {"encoder": part("tipsv2", TIPS), "detector": ROUTED}),
+        (["google/tipsv2-l14", "coco"], {"encoder": part("tipsv2", LARGE), "detector": FAST}),
+        ([OMDET], {"detector": part("open_vocabulary", OMDET)}),
+        # A routed detector with another network for one of its halves.
+        (["routed", OMDET], {"detector": part("routed", OMDET)}),
+    ],
+)
+def test_names_become_a_section(names: list[str], section: dict[str, object]) -> None:
+    assert perception_section(names, "cpu") == section
+    PerceptionConfig.model_validate(section)
 
 
 @pytest.mark.parametrize(
@@ -50,28 +56,9 @@ def test_hub_ids_and_an_encoder_with_a_detector() -> None:
 )
 def test_other_names_are_refused(names: list[str], sentence: str) -> None:
     with pytest.raises(CliError) as error:
-        choose(names)
+        perception_section(names, "cpu")
     assert sentence in str(error.value)
     assert error.value.exit_code == EXIT_USAGE_ERROR
-
-
-def test_an_encoder_without_calibration_gets_a_detector_that_needs_none() -> None:
-    encoder = {"backend": "tipsv2", "model": TIPS, "device": "cpu"}
-    assert section({}, "tipsv2") == {"encoder": encoder, "detector": ROUTED}
-    assert section({"patches": {}}, "tipsv2")["detector"] == ROUTED
-    plugin = {"backend": "plugin", "name": "mine"}
-    assert section({"detector": plugin}, "tipsv2")["detector"] == plugin
-
-
-def test_settings_of_another_network_go_but_for_those_that_last() -> None:
-    before = {
-        "encoder": {"backend": "tipsv2", "model": TIPS, "floor": 0.6, "channels": 128},
-        "detector": {"backend": "coco", "score_threshold": 0.7},
-    }
-    after = section(before, "openclip_convnext", "open_vocabulary")
-    kept = {"model": KNOWN_MODELS[0].repo, "device": "cpu", "channels": 128}
-    assert after["encoder"] == {"backend": "openclip_convnext", **kept}
-    assert after["detector"] == {"backend": "open_vocabulary", "model": OPEN, "device": "cpu"}
 
 
 @pytest.mark.parametrize(

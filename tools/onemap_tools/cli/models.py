@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,9 +34,6 @@ def use(
         ),
     ],
     *,
-    config: Annotated[
-        Path, typer.Option(dir_okay=True, help="Written, or changed if it is there.")
-    ] = Path("robot.yaml"),
     device: Annotated[
         str, typer.Option(help="cpu, cuda or cuda:N; default: cuda if there is one.")
     ] = "",
@@ -46,33 +42,23 @@ def use(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Fetch models, check that they run here and write the configuration that uses them.
+    """Fetch models, check that they run here and print the configuration for them.
 
-    Shows licence and size and asks; refuses a device with too little memory. The file is
-    written last, after the models were loaded and saw one image; its section perception is
-    written anew, all else stays.
+    Shows licence and size and asks; refuses a device with too little memory. The section
+    perception is printed last, after the models were loaded and saw one image:
+    'onemap models use tipsv2 | tee -a robot.yaml' adds it to a file that has none.
     """
     import yaml
 
     with requires_extra("transformers", "'onemap models use'"):
         from onemap_tools.models.setup import set_up
 
-    document = set_up(
-        names,
-        config,
-        device,
-        confirm=lambda: None if yes else _agree(),
-        console=progress_console(),
-    )
-    console = result_console(as_json)
-    if document["changed"]:
-        lines = yaml.safe_dump({"perception": document["perception"]}, sort_keys=False)
-        console.print(f"{config} has now:\n{lines.rstrip()}", soft_wrap=True)
-    else:
-        console.print(f"{config} says so already: it was not changed.")
+    console = progress_console()
+    document = set_up(names, device, confirm=lambda: None if yes else _agree(), console=console)
     if document["note"]:
         console.print(document["note"], soft_wrap=True)
-    console.print(f"Next: {document['next']}", soft_wrap=True)
+    lines = yaml.safe_dump({"perception": document["perception"]}, sort_keys=False)
+    typer.echo(lines, nl=False, err=as_json)
     if as_json:
         print_json(document)
 
@@ -104,11 +90,11 @@ def calibrate(
 
 def _agree() -> None:
     """Ask for the licences; CliError unless the user agrees."""
-    answer = confirmed("Accept the licences, fetch the models and write the configuration?")
+    answer = confirmed("Accept the licences and fetch the models?")
     if answer is None:
         raise CliError(
             "Licences are accepted on a terminal, which this is not: read them, then give --yes.",
             EXIT_USAGE_ERROR,
         )
     if not answer:
-        raise CliError("Not accepted: nothing was fetched and nothing was written.")
+        raise CliError("Not accepted: nothing was fetched.")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
@@ -21,30 +20,13 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 ROUTED = "routed"  # COCO's names to one detector, all others to the other
 NAMES = (*ENCODER_NETWORKS, *DETECTOR_NETWORKS, ROUTED)
-# Settings of an encoder that stay when another network takes its place; all others were chosen
-# for the former one: its floor, image size.
-LASTING_ENCODER_KEYS = ("channels",)
-SHORT = {"mini": "encoder", "patches": "detector"}  # sections that stand for a backend
-
-Section = Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class ModelChoice:
-    """Backends with the hub id of each. encoder: empty to keep the one of the file.
+def perception_section(names: Sequence[str], device: str) -> dict[str, Any]:
+    """The models of the names on a device: at most one encoder and one detector, else CliError.
 
-    detectors: none to keep the file's; both of DETECTOR_NETWORKS make a routed one.
-    """
-
-    encoder: str = ""
-    encoder_model: str = ""
-    detectors: Mapping[str, str] | None = None
-
-
-def choose(names: Sequence[str]) -> ModelChoice:
-    """The models of the names: at most one encoder and one detector; CliError otherwise.
-
-    A name is a backend or the hub id of a known model.
+    A name is a backend or the hub id of a known model. An encoder without a detector gets a routed
+    one: its scores are not calibrated, as those that the detector ``patches`` needs.
     """
     encoders: dict[str, str] = {}
     detectors: dict[str, str] = {}
@@ -58,17 +40,22 @@ def choose(names: Sequence[str]) -> ModelChoice:
             f"{' and '.join(detectors)} are both detectors: name one, or {ROUTED} to run both",
             EXIT_USAGE_ERROR,
         )
-    encoder, model = next(iter(encoders.items()), ("", ""))
-    return ModelChoice(encoder, model, detectors or None)
+    detectors = detectors or _models_of(ROUTED)
+    backend = ROUTED if len(detectors) > 1 else next(iter(detectors))
+    repo = detectors.get("open_vocabulary") or detectors["coco"]
+    chosen = [*(("encoder", *each) for each in encoders.items()), ("detector", backend, repo)]
+    return {
+        part: {"backend": backend, "model": model, "device": device}
+        for part, backend, model in chosen
+    }
 
 
 def _models_of(name: str) -> dict[str, str]:
     """Hub ids by backend."""
+    if name == ROUTED:
+        return {backend: _default_model(backend) for backend in DETECTOR_NETWORKS}
     if name in NAMES:
-        return {
-            each: _default_model(each)
-            for each in (DETECTOR_NETWORKS if name == ROUTED else (name,))
-        }
+        return {name: _default_model(name)}
     known = {model.repo: model.backend for model in KNOWN_MODELS}
     if name in known:
         return {known[name]: name}
@@ -80,56 +67,7 @@ def _models_of(name: str) -> dict[str, str]:
 
 
 def _default_model(backend: str) -> str:
-    backend = "open_vocabulary" if backend == ROUTED else backend
-    return next((model.repo for model in KNOWN_MODELS if model.backend == backend), "")
-
-
-def perception_section(before: Section, choice: ModelChoice, device: str) -> dict[str, Any]:
-    """The section ``perception`` with the chosen models on ``device``; all else as it was.
-
-    An encoder without calibrated scores cannot have the detector ``patches``: it gets a routed
-    one, unless another is chosen or was there.
-    """
-    after = spelled_out(before)
-    detectors = choice.detectors
-    if choice.encoder:
-        chosen: dict[str, Any] = {"backend": choice.encoder, "model": choice.encoder_model}
-        chosen["device"] = device
-        fields = ENCODER_NETWORKS[choice.encoder].model_fields
-        lasting = [key for key in LASTING_ENCODER_KEYS if key in fields]
-        after["encoder"] = merged(after.get("encoder") or {}, chosen, lasting)
-        detector = after.get("detector") or {}
-        if detectors is None and detector.get("backend", "patches") == "patches":
-            detectors = _models_of(ROUTED)
-    if detectors is not None:
-        after["detector"] = _detector_section(after.get("detector") or {}, detectors, device)
-    return after
-
-
-def spelled_out(section: Section) -> dict[str, Any]:
-    """The section with ``mini: {...}`` and ``patches: {...}`` as the backends they stand for."""
-    full = dict(section)
-    for short, name in SHORT.items():
-        if isinstance(full.get(short), dict) and name not in full:
-            full[name] = {"backend": short, **full.pop(short)}
-    return full
-
-
-def _detector_section(before: Section, models: Mapping[str, str], device: str) -> dict[str, Any]:
-    backend = ROUTED if len(models) > 1 else next(iter(models))
-    chosen = {"backend": backend, "model": models.get("open_vocabulary") or models["coco"]}
-    defaults = {"model": _default_model(before.get("backend", "patches"))}
-    return merged({**defaults, **before}, {**chosen, "device": device}, ())
-
-
-def merged(before: Section, chosen: Section, lasting: Sequence[str]) -> dict[str, Any]:
-    """``chosen`` with the settings of ``before`` that hold for it too.
-
-    All of them if it is the same network, only the ``lasting`` ones if not.
-    """
-    same = all(before.get(key) == chosen.get(key) for key in ("backend", "model"))
-    kept = {key: value for key, value in before.items() if same or key in lasting}
-    return {**kept, **chosen} if same else {**chosen, **kept}
+    return next(model.repo for model in KNOWN_MODELS if model.backend == backend)
 
 
 def networks_of(config: PerceptionConfig) -> tuple[NetworkParams, ...]:

@@ -1,4 +1,4 @@
-"""``onemap models use``: check the machine, fetch models, try them, write the configuration."""
+"""``onemap models use``: check the machine, fetch models, try them, say how to configure them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,14 @@ from onemap_perception.config import (
     KnownModel,
     NetworkParams,
     PerceptionConfig,
-    PluginParams,
     TorchEncoderParams,
 )
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_shared.params import masked
+from onemap_shared.config import section
 from onemap_tools.errors import CliError
-from onemap_tools.models.choice import check_packages, choose, networks_of
-from onemap_tools.models.config_file import draft, write
+from onemap_tools.models.choice import check_packages, networks_of, perception_section
 from onemap_tools.models.known import MEGABYTE, download, model_errors
 
 GIGABYTE = 1e9
@@ -37,7 +35,7 @@ NUMBER_BYTES = 4  # weights are loaded in single precision, whatever their file 
 # of tipsv2 and openclip_convnext on a CPU.
 ALLOWANCE_BYTES = 1_000_000_000
 CGROUP = Path("/sys/fs/cgroup")
-TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
+TRIAL_PX = (640, 480)  # the image that the models must see
 UNCALIBRATED = (
     "Scores of this encoder are not fitted with labels: each text competes with everyday words "
     "and counts only above what control words score on the map (docs/encoders.md)."
@@ -87,92 +85,57 @@ def _cgroup_bytes(name: str) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class WantedModel:
-    """A network of the configuration. model, listing: None for files of the user's own."""
+    """A network of the configuration, its model and the number of its parameters."""
 
     params: NetworkParams
+    model: KnownModel
+    listing: model_store.HubListing
     parameters: int
-    model: KnownModel | None = None
-    listing: model_store.HubListing | None = None
-
-    @property
-    def missing_bytes(self) -> int:
-        """What is to be downloaded."""
-        return self.listing.missing_bytes if self.listing is not None else 0
 
 
 def set_up(
-    names: Sequence[str],
-    path: Path,
-    device: str,
-    *,
-    confirm: Callable[[], None],
-    console: Console,
+    names: Sequence[str], device: str, *, confirm: Callable[[], None], console: Console
 ) -> dict[str, Any]:
-    """Fetch, check and configure; the result as a JSON object. Raises CliError.
+    """Fetch the models and try them; the section for them as a JSON object. Raises CliError.
 
     device: empty for the best of this machine. confirm: raises CliError if the user disagrees.
     """
     device = device or ("cuda" if torch.cuda.is_available() else "cpu")
-    drafted = draft(path, choose(names), device)
+    wanted = perception_section(names, device)
+    config = section({"perception": wanted}, "perception", PerceptionConfig)
     with model_errors():
-        _check_machine(drafted.perception)
-        wanted = [_look_up(params) for params in networks_of(drafted.perception)]
-        needed = needed_memory([(each.params.device, each.parameters) for each in wanted])
+        check_packages(config)
+        for params in networks_of(config):
+            open_device(params.device)
+        models = [_look_up(params) for params in networks_of(config)]
+        needed = needed_memory([(each.params.device, each.parameters) for each in models])
         present = {each: device_memory(each) for each in needed}
         check_memory(needed, present)
-        _describe(wanted, console)
+        _describe(models, console)
         for each, there in present.items():
             console.print(
                 f"Memory of {each}: about {needed[each] / GIGABYTE:.1f} GB needed, "
                 f"{there.free_bytes / GIGABYTE:.1f} of {there.total_bytes / GIGABYTE:.1f} GB free"
             )
         confirm()
-        for model in wanted:
-            if model.model is not None and model.listing is not None:
-                download(model.model, model.listing)
+        for model in models:
+            download(model.model, model.listing)
         console.print("Loading them for one image ...")
-        try_out(drafted.perception)
-    write(drafted)
+        try_out(config)
     return {
-        "config": str(path),
-        "changed": drafted.after != drafted.before,
-        "perception": masked(drafted.section),
-        "models": [
-            {"model": each.params.model, "device": each.params.device, "numbers": each.parameters}
-            for each in wanted
-        ],
-        "memory": {
-            each: {"needed_bytes": needed[each], "free_bytes": present[each].free_bytes}
-            for each in needed
-        },
-        "note": UNCALIBRATED if isinstance(drafted.perception.encoder, TorchEncoderParams) else "",
-        "next": f"onemap up --config {path}",
+        "perception": wanted,
+        "note": UNCALIBRATED if isinstance(config.encoder, TorchEncoderParams) else "",
     }
-
-
-def _check_machine(config: PerceptionConfig) -> None:
-    """Raises unless the packages and the devices are there."""
-    check_packages(config)
-    for params in networks_of(config):
-        open_device(params.device)
 
 
 def _look_up(params: NetworkParams) -> WantedModel:
     """The network's files and size; raises BackendError if it can be had nowhere."""
-    known = {model.repo: model for model in KNOWN_MODELS}
-    model = known.get(params.model)
-    if model is None:
-        return WantedModel(params, _parameters_here(model_store.locate(params.model)))
+    model = next(model for model in KNOWN_MODELS if model.repo == params.model)
     listing = model_store.look_up(model.repo, model.files)
     folder = model_store.cached(model.repo, model.files, (listing.commit,))
-    parameters = _parameters_here(folder) if folder else model_store.count_parameters(listing)
-    return WantedModel(params, parameters, model, listing)
-
-
-def _parameters_here(place: Path) -> int:
-    if place.is_file():
-        return place.stat().st_size // NUMBER_BYTES
-    return model_store.count_parameters_here(place)
+    count = model_store.count_parameters
+    parameters = model_store.count_parameters_here(folder) if folder else count(listing)
+    return WantedModel(params, model, listing, parameters)
 
 
 def check_memory(needed: Mapping[str, int], present: Mapping[str, DeviceMemory]) -> None:
@@ -195,17 +158,13 @@ def check_memory(needed: Mapping[str, int], present: Mapping[str, DeviceMemory])
 def _describe(wanted: Sequence[WantedModel], console: Console) -> None:
     """Print licence, size and what is missing of every model."""
     for each in wanted:
-        if each.model is None or each.listing is None:
-            own = f"{each.params.model}: your own files: see to their licence yourself"
-            console.print(own, soft_wrap=True)
-            continue
         stated = each.listing.licence
         licence = each.model.licence + (f" (its page states {stated})" if stated else "")
-        size = each.listing.size_bytes / MEGABYTE
+        size, missing = each.listing.size_bytes / MEGABYTE, each.listing.missing_bytes / MEGABYTE
         page = f"https://huggingface.co/{each.model.repo}/tree/{each.listing.commit}"
         console.print(f"{each.model.repo} for {each.params.backend}")
         console.print(f"  licence: {licence}; {page}", soft_wrap=True)
-        console.print(f"  size: {size:.1f} MB, to fetch: {each.missing_bytes / MEGABYTE:.1f} MB")
+        console.print(f"  size: {size:.1f} MB, to fetch: {missing:.1f} MB")
 
 
 def try_out(config: PerceptionConfig) -> None:
@@ -215,5 +174,4 @@ def try_out(config: PerceptionConfig) -> None:
     black = np.zeros((height, width, 3), np.uint8)
     features = encoder.encode(black)
     detector = make_detector(config.detector, encoder)
-    if not isinstance(config.detector, PluginParams):
-        detector.detect(Image(black, features), encoder.embed_text(("chair", "lamp")))
+    detector.detect(Image(black, features), encoder.embed_text(("chair", "lamp")))
