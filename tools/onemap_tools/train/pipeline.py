@@ -40,7 +40,12 @@ from onemap_tools.train.evaluation import (
     evaluate,
     fit_temperature,
 )
-from onemap_tools.train.export import compare_with_torch, export_network, write_embedding_table
+from onemap_tools.train.export import (
+    MIN_COSINE,
+    compare_with_torch,
+    export_network,
+    write_embedding_table,
+)
 from onemap_tools.train.frames import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
@@ -50,7 +55,6 @@ from onemap_tools.train.frames import (
 )
 from onemap_tools.train.network import INSTALL as INSTALL_BACKBONE
 from onemap_tools.train.network import find_backbone_weights
-from onemap_tools.train.onnx_file import MIN_COSINE
 from onemap_tools.train.trainer import (
     load_averaged_network,
     train_mini,
