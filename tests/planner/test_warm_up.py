@@ -28,5 +28,4 @@ def test_a_planning_step_needs_no_further_compilation() -> None:
     result = planning_times(10.0, 1, steps=12)
     assert compiled_variants() == before
     assert 0 < result["step_ms"][0] <= result["step_ms"][1]
-    assert {"costmap_ms", "paths_ms", "frontiers_ms"} <= result.keys()
     assert 0 < result["comparing_steps"] <= result["steps"] == 11

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import atan2
 from typing import Any
 
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Motion, Pose2d
-from onemap_planner.motion.path import cost_to_go_from
-from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.goals import frontier_goals
 from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.state_machine import EventStamp, Exploring, new_search
-from onemap_planner.world.costmap import BesideMap, build_costmap
-from onemap_planner.world.frontiers import find_frontiers
-from onemap_planner.world.map_view import map_view_around
-from onemap_planner.world.regions import find_regions
 from onemap_shared.geometry import I64, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
@@ -40,24 +31,22 @@ PARAMS = PlannerParams()
 
 
 def planning_times(side_m: float, seed: int, steps: int = STEPS) -> dict[str, Any]:
-    """Milliseconds of processor time, p50 and p95: of steps, of those that compare all goals, and
-    of the parts of these."""
+    """Milliseconds of processor time, p50 and p95: of steps, and of those that compare goals."""
     world = DrawnBuilding(round(side_m / CELL_M), np.random.default_rng(seed))
-    pose, steps_ms, parts_ms = world.middle, dict[bool, list[float]](), dict[str, list[float]]()
+    pose, steps_ms = world.middle, dict[bool, list[float]]()
     search = new_search("bench", ("sofa",), EventStamp(0.0, 0.0, pose.xy, 0.0), 0)
     state = PlannerState(replace(search, phase=Exploring()))
     for number in range(steps):
         view, now_s = world.view(pose), PERIOD_S * number
         seen = Observation(now_s, pose, 0.0, Velocity2d(), False, view, (), "")
-        outcome, took_ms = timed(partial(step, state, seen, PARAMS))
+        began_s = time.process_time()
+        outcome = step(state, seen, PARAMS)
+        took_ms = 1e3 * (time.process_time() - began_s)
         state, active = outcome.state, outcome.state.active_goal
         made = active.comparison if active else None
         compared = made is None or made.at_s == state.active_time_s
         if number:  # the first meets what is not loaded yet
             steps_ms.setdefault(compared, []).append(took_ms)
-        if number and compared:
-            for name, part_ms in parts(pose, view, state).items():
-                parts_ms.setdefault(name, []).append(part_ms)
         pose = moved(pose, outcome.decision.motion) if outcome.decision else pose
     comparing = steps_ms.get(True, [])
     return {
@@ -68,15 +57,8 @@ def planning_times(side_m: float, seed: int, steps: int = STEPS) -> dict[str, An
         "comparing_steps": len(comparing),
         "step_ms": spread([*comparing, *steps_ms.get(False, [])]),
         "comparing_ms": spread(comparing),
-        **{f"{name}_ms": spread(values) for name, values in parts_ms.items()},
         **machine_facts(),
     }
-
-
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """The result, and the milliseconds of processor time that it took."""
-    began_s = time.process_time()
-    return work(), 1e3 * (time.process_time() - began_s)
 
 
 def spread(values: list[float]) -> list[float]:
@@ -138,29 +120,3 @@ def moved(pose: Pose2d, motion: Motion) -> Pose2d:
     way_m = np.cumsum([0.0, *steps_m.tolist()])
     x, y = (float(np.interp(PERIOD_S * SPEED_MPS, way_m, axis)) for axis in motion.points_xy.T)
     return Pose2d(x, y, atan2(motion.look_xy[1] - y, motion.look_xy[0] - x))
-
-
-def parts(pose: Pose2d, view: SearchView, state: PlannerState) -> dict[str, float]:
-    """Milliseconds of the parts of a comparison."""
-    here, beside = np.array(pose.xy), BesideMap(np.array(state.trail))
-    found: dict[str, float] = {}
-
-    def part(name: str, work: Callable[[], Any]) -> Any:
-        result, found[name] = timed(work)
-        return result
-
-    context: PlanningContext = build_context(pose, view, PARAMS.costmap, beside)
-    map_view = part("map_view", lambda: map_view_around(view, here))
-    costmap = part("costmap", lambda: build_costmap(map_view, here, context.params, beside))
-    x, y = costmap.grid.cells(here).tolist()
-    part("paths", lambda: cost_to_go_from(costmap.cost, (x, y), cell_size_m=CELL_M).cost_m)
-    frontiers = part("frontiers", lambda: find_frontiers(map_view, costmap))
-    _ = context.reachable
-    part("frontier_goals", lambda: frontier_goals(frontiers, context))
-    part("regions", lambda: find_regions(map_view))
-    return found
-
-
-def planning_lines(result: dict[str, Any]) -> list[str]:
-    """One line per value."""
-    return [f"{name:26} {value}" for name, value in result.items()]
