@@ -188,10 +188,7 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.M
     same = run(replace(options, beside=[tmp_path]), told.append)
     compared = same["compared_with"]["oracle"]["compared"]["spl"]
     assert compared == {"value": 1.0, "low": 1.0, "high": 1.0}
-    lines = table_lines(same)
-    assert lines[0] == "oracle, simulated features: 2 episodes, 2 objects, 95 % intervals"
-    assert any(line.startswith("SPL of object 1") for line in lines)
-    assert any(line.startswith("SPL per object, over that of oracle") for line in lines)
+    assert any(line.startswith("spl over that of oracle ") for line in table_lines(same))
 
 
 @pytest.mark.slow

@@ -12,9 +12,10 @@ from typing import Any
 
 import torch
 
+from onemap_tools.bench.commands import result_lines
 from onemap_tools.bench.navigation.drawing import apartment_seeds
 from onemap_tools.bench.navigation.episode import EpisodeSetup, run_episode
-from onemap_tools.bench.navigation.planning import planning_lines, planning_times
+from onemap_tools.bench.navigation.planning import planning_times
 from onemap_tools.bench.navigation.results import (
     EPISODE,
     EpisodeRecord,
@@ -36,7 +37,8 @@ DESCRIBED = ("onemap", "oracle")  # find the one of several that is meant
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The result for people."""
-    return planning_lines(result) if result["benchmark"] == "planning" else table_lines(result)
+    planning = result["benchmark"] == "planning"
+    return result_lines(result) if planning else table_lines(result)
 
 
 def setups(options: NavigationBench) -> tuple[EpisodeSetup, ...]:

@@ -275,7 +275,7 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
         "rooms_iou": round(float(np.mean(ious)), 3) if ious else None,
         **{
             name: round(float(np.mean([getattr(e, name) for e in episodes])), 1)
-            for name in PLANNING
+            for name in ("planning_p50_ms", "planning_p95_ms")
         },
     }
 
@@ -287,33 +287,6 @@ SEARCHING = ("config.planner.", "config.mapper.", "latency.")
 # What may differ beside them: the apartments that both searched are compared.
 FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments"}
 FREE |= {"link", "delay", "jitter"}
-TITLES = {
-    "sr": "SR per object",
-    "spl": "SPL per object",
-    "sequence_sr": "SR of the sequence",
-    "sequence_spl": "SPL of the sequence",
-    "pr": "PR (found before the first failure)",
-    "ppl": "PPL",
-    "spl_third_over_first": "SPL, third over first object",
-    "wrong_claims": "wrong claims per object",
-    "contacts": "contacts per episode",
-    "path_m": "path per object, m",
-    "time_s": "time per object, s",
-    "start_m": "driven in the first 15 s, m",
-}
-PLANNING = ("planning_p50_ms", "planning_p95_ms")
-COUNTS = {
-    "people_touched": "contacts with people, all episodes",
-    "stairwells": "stairwells, all episodes",
-    "edges_crossed": "wheels over an edge, all episodes",
-    "frames_lost": "frames lost, all episodes",
-    "pose_jumps": "loop closures, all episodes",
-    "pose_error_m": "largest error of the reported pose, m",
-    "zones": "keep-out zones, all episodes",
-    "in_zone_m": "deepest in a keep-out zone, m",
-    "rooms_iou": "IoU of the rooms that were seen",
-    "planning_p95_ms": "a planning step, 95th percentile, ms",
-}
 
 
 def episode_line(episode: EpisodeRecord) -> str:
@@ -330,36 +303,18 @@ def _object(item: ObjectRecord) -> str:
 
 
 def table_lines(result: Mapping[str, Any]) -> list[str]:
-    """Metrics with their intervals, the reasons of failure, and comparisons."""
-    errors = result.get("errors", "none")
-    told = "" if errors == "none" else f", errors: {errors}"
-    if wells := result.get("stairwells_per_episode"):
-        told += f", {wells} stairwells"
-    rows = {_title(name): Estimate(**values) for name, values in result["metrics"].items()}
-    if "sr" in result["metrics"]:
-        rows |= {f"failed: {name}": count for name, count in result["failures"].items()}
-        rows["of these, by the time limit"] = result["timed_out"]
-    shown = {key for key in COUNTS if result.get(key)}
-    shown |= {"edges_crossed"} if "stairwells" in shown else set()
-    shown |= {"in_zone_m"} if "zones" in shown else set()
-    rows |= {name: result[key] for key, name in COUNTS.items() if key in shown}
-    compared = {
-        f"{_title(name)}, {'less' if name in DIFFERENCES else 'over'} that of {method}": Estimate(
-            **values
-        )
-        for method, other in result["compared_with"].items()
-        for name, values in other["compared"].items()
+    """All values of the JSON object by its names: single ones, failures, metrics, comparisons."""
+    rows: dict[str, object] = {
+        name: each for name, each in result.items() if isinstance(each, (str, int, float))
     }
-    return [
-        f"{result['method']}, {result['features']} features{told}: "
-        f"{result['episodes']} episodes, {result['objects']} objects, 95 % intervals",
-        *(f"{name:38} {value}" for name, value in rows.items()),
-        *(f"{name:52} {value}" for name, value in compared.items()),
-    ]
-
-
-def _title(metric: str) -> str:
-    return TITLES.get(metric, f"SPL of object {metric.removeprefix('spl_')}")
+    rows |= {f"failed: {name}": count for name, count in result["failures"].items()}
+    rows |= {name: Estimate(**values) for name, values in result["metrics"].items()}
+    for method, other in result["compared_with"].items():
+        for name, values in other["compared"].items():
+            how = "less" if name in DIFFERENCES else "over"
+            rows[f"{name} {how} that of {method}"] = Estimate(**values)
+    width = max(map(len, rows))
+    return [f"{name:{width}} {value}" for name, value in rows.items()]
 
 
 class ResultsFolder:
