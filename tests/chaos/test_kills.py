@@ -1,4 +1,4 @@
-"""Services are killed, suspended and cut off during a search; the others report it and go on.
+"""Services are killed and suspended during a search; the others report it and go on.
 
 The map outlives its mapper, whether that is killed or stopped.
 """
@@ -98,22 +98,6 @@ def test_a_killed_service_is_named_and_the_others_go_on(system: System, service:
         goes_on(system, search_id)
 
 
-def test_a_killed_robot_is_named(system: System) -> None:
-    searching(system)
-    system.kill("simulator")
-    system.until(
-        lambda: (
-            "waiting for the robot's position"
-            in system.http.get("/v1/searches/current").json()["reason"]
-        ),
-        "the search reports what it waits for",
-    )
-    system.until(lambda: system.lacks("robot"), "/readyz names the robot")
-    assert {"robot", "simulator"} <= down(system)
-    system.start("simulator")
-    others_live(system, "simulator")
-
-
 def test_the_robot_needs_no_gateway(system: System) -> None:
     search_id = searching(system)
     system.kill("gateway")
@@ -121,27 +105,6 @@ def test_the_robot_needs_no_gateway(system: System) -> None:
     system.monitor.odometry.clear()
     system.until(lambda: system.monitor.moves, "the robot moves on")
     system.start("gateway")
-    goes_on(system, search_id)
-
-
-def test_a_killed_router_stops_the_robot_until_it_is_back(system: System) -> None:
-    search_id = searching(system)
-    monitor = system.monitor
-    stops = monitor.beats["simulator"].metrics["deadman_stops"]
-    monitor.odometry.clear()
-    system.until(lambda: monitor.moves and monitor.is_driven, "the robot is under way")
-    system.kill("router")
-    system.until(lambda: not system.is_ready(), "/readyz says that frames do not arrive")
-    refused(system, *REQUESTS["mapper"])
-    system.until(lambda: "lost the router" in system.http.get("/v1/status").text, "it is named")
-    assert all(system.processes[name].poll() is None for name in system.services)
-    driven = monitor.is_driven  # not if a late map stopped the robot just before
-    system.start("router")
-    if driven:
-        system.until(
-            lambda: monitor.beats["simulator"].metrics["deadman_stops"] > stops,
-            "the robot braked without commands",
-        )
     goes_on(system, search_id)
 
 

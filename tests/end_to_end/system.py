@@ -48,7 +48,6 @@ class BusMonitor:
     def __init__(self, bus: Bus) -> None:
         self.beats: dict[str, m.Heartbeat] = {}
         self.odometry: deque[m.Odometry] = deque(maxlen=STANDSTILL)
-        self.command: m.VelocityCommand | None = None
         self.revision: m.MapRevision | None = None
         self.search: m.SearchStatus | None = None
         self.bus = bus
@@ -58,7 +57,6 @@ class BusMonitor:
         self._threads = [
             self._follow(keys.ALL_HEARTBEATS, self._on_beat),
             self._follow(keys.ROBOT_ODOMETRY, self._on_odometry),
-            self._follow(keys.ROBOT_CMD_VEL, lambda message: setattr(self, "command", message)),
             self._follow(keys.MAP_REVISION, lambda message: setattr(self, "revision", message)),
             self._follow(keys.SEARCH_STATE, lambda message: setattr(self, "search", message)),
         ]
@@ -75,12 +73,6 @@ class BusMonitor:
             abs(message.linear_mps) > MOVING_MPS or abs(message.angular_radps) > MOVING_MPS
             for message in list(self.odometry)
         )
-
-    @property
-    def is_driven(self) -> bool:
-        """Whether the newest command is not to stand still."""
-        last = self.command
-        return last is not None and any((last.linear_mps, last.lateral_mps, last.angular_radps))
 
     @property
     def stands(self) -> bool:
