@@ -78,7 +78,7 @@ LAG_S = st.floats(0.0, 0.09)
 NO_LAG = dict.fromkeys(STREAMS, 0.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     st.floats(-3600.0, 3600.0),
     st.fixed_dictionaries(dict.fromkeys(STREAMS, LAG_S)),
