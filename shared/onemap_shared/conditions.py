@@ -32,7 +32,7 @@ from onemap_shared.messages import (
     Relation,
     RelationKind,
 )
-from onemap_shared.names import a, same_name, the
+from onemap_shared.names import definite, same_name, with_article
 from onemap_shared.places import (
     NAMED_M,
     SPECK_M,
@@ -144,7 +144,7 @@ def is_outline_open(conditions: Sequence[CheckedCondition]) -> bool:
 
 
 def _none_of(negatives: Sequence[str]) -> str:
-    return f"not {' or '.join(map(a, negatives))}"
+    return f"not {' or '.join(map(with_article, negatives))}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ class _Anchor:
 
 def _relation(relation: Relation, thing: Thing, around: Surroundings) -> CheckedCondition:
     kind = relation.kind
-    what = f"{kind.words} {' and '.join(map(a, relation.anchors))}"
+    what = f"{kind.words} {' and '.join(map(with_article, relation.anchors))}"
     anchors = [_anchors(name, kind, thing, around) for name in relation.anchors]
     found = [_anchored(each) for each in anchors]
     believed, possible = (min(each[index] for each in found) for index in (0, 1))
@@ -175,10 +175,10 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
     if believed >= LIKELY:
         words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
         return CheckedCondition(
-            what, Holds.YES, f"{words} {' and '.join(map(the, relation.anchors))}"
+            what, Holds.YES, f"{words} {' and '.join(map(definite, relation.anchors))}"
         )
     if believed >= MAYBE or possible >= LIKELY:
-        why = f"{' or '.join(map(the, relation.anchors))} there was hardly seen"
+        why = f"{' or '.join(map(definite, relation.anchors))} there was hardly seen"
         return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     reach_m = REACH_M[kind] + FADE_M
     if away_m > REACH_M[kind] and _unseen_m2(thing.cells, around, reach_m) >= UNSEEN_M2:
@@ -247,20 +247,20 @@ def _at_height(
     height of what the thing does not cover of it.
     """
     kind, (name,) = relation.kind, relation.anchors
-    what = f"{kind.words} {a(name)}"
+    what = f"{kind.words} {with_article(name)}"
     at = [each.thing for each in anchors if each.believed.max() >= LIKELY]
     heights_m = [each.height_m for each in at if isfinite(each.height_m)]
     if not heights_m:
         heights_m = [around.height_m(_uncovered(each.cells, thing.cells)) for each in at]
     above_m = [thing.height_m - each for each in heights_m if isfinite(each)]
     if not above_m or not isfinite(thing.height_m):
-        whose = f"the height of {the(name)}" if isfinite(thing.height_m) else "its height"
+        whose = f"the height of {definite(name)}" if isfinite(thing.height_m) else "its height"
         return CheckedCondition(
             what, Holds.NOT_CHECKED, f"perhaps not {what}: {whose} is not known"
         )
     on = kind is RelationKind.ON
     if max(above_m) >= -SLACK_M if on else min(above_m) <= SLACK_M:
-        return CheckedCondition(what, Holds.YES, f"{kind.words} {the(name)}")
+        return CheckedCondition(what, Holds.YES, f"{kind.words} {definite(name)}")
     side = "lower" if on else "higher"
     return CheckedCondition(what, Holds.NO, f"not {what}: it is {side} than the one there")
 
@@ -293,23 +293,23 @@ def _places(cells: I64, detail: Detail, around: Surroundings) -> Iterator[Checke
     held = place_of(around.places, around.grid, cells)
     here = held.name if held is not None else ""
     if detail.inside:
-        what = f"in {' or '.join(map(the, detail.inside))}"
+        what = f"in {' or '.join(map(definite, detail.inside))}"
         found = {_in_place(cells, name, held, around) for name in detail.inside}
         if Holds.YES in found:
             yield CheckedCondition(what, Holds.YES, what)
         elif found == {Holds.NO}:
-            place = f": it is in {the(here)}" if here else ""
+            place = f": it is in {definite(here)}" if here else ""
             yield CheckedCondition(what, Holds.NO, f"not {what}{place}")
         else:
             why = NOT_SETTLED if Holds.NOT_CHECKED in found else NOT_SHOWN
             yield CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     for name in detail.outside:
-        what, perhaps = f"not in {the(name)}", f"perhaps in {the(name)}"
+        what, perhaps = f"not in {definite(name)}", f"perhaps in {definite(name)}"
         within = _in_place(cells, name, held, around)
         if within is Holds.YES:
-            yield CheckedCondition(what, Holds.NO, f"in {the(name)}")
+            yield CheckedCondition(what, Holds.NO, f"in {definite(name)}")
         elif within is Holds.NO:
-            place = "" if name in around.shown else f"in {the(here)}, "
+            place = "" if name in around.shown else f"in {definite(here)}, "
             yield CheckedCondition(what, Holds.YES, f"{place}{what}")
         else:
             why = NOT_SETTLED if within is Holds.NOT_CHECKED else NOT_SHOWN
@@ -410,7 +410,7 @@ def _excluded(
 
     What the map does not agree with at all tells nothing of them; the detector lets them compete.
     """
-    names, what = " or ".join(map(a, negatives)), _none_of(negatives)
+    names, what = " or ".join(map(with_article, negatives)), _none_of(negatives)
     if candidate.alone:
         return CheckedCondition(what, Holds.YES, f"{what}, by the detector alone")
     similarity = around.similarity[tuple(candidate.thing.cells.T)]

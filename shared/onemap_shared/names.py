@@ -31,14 +31,14 @@ DETERMINERS = frozenset(
 SINGULAR = ("is", "ss", "us")  # endings of singulars in s
 
 
-def a(name: str) -> str:
+def with_article(name: str) -> str:
     """A name with its article; plurals, and names that have one, as they are."""
     if _determined(name) or (name.endswith("s") and not name.endswith(SINGULAR)):
         return name
     return indefinite(name)
 
 
-def the(name: str) -> str:
+def definite(name: str) -> str:
     """A name with "the", unless it has another such word."""
     return name if _determined(name) else f"the {name}"
 

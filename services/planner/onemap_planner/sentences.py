@@ -13,7 +13,7 @@ from enum import Enum
 from math import atan2, degrees, dist, pi, remainder
 
 from onemap_shared.messages import ObjectResult, SearchState
-from onemap_shared.names import a, the
+from onemap_shared.names import definite, with_article
 
 NEAR_M = 1.5  # from a thing, a place is near it: the distance from which a thing counts as found
 HERE_M = 0.75  # nearer, a distance rounds to no whole metre worth naming
@@ -42,7 +42,7 @@ class Landmarks:
             _, name, at = min(near)
             nearer = away_m - dist(self.xy, at) >= BEHIND_M
             between = abs(remainder(towards_deg - self._bearing_deg(at), 360.0)) <= BEHIND_DEG
-            return f"{'behind' if nearer and between else 'near'} {the(name)}"
+            return f"{'behind' if nearer and between else 'near'} {definite(name)}"
         if away_m < HERE_M:
             return "next to the robot"
         side = "left" if towards_deg > 0 else "right"
@@ -90,7 +90,7 @@ KEPT = "the robot is on its way there, and no other place is much better"
 def goal_sentence(doing: str, where: str, name: str, why: str = "") -> str:
     """What the robot does, as with ``doing`` above, and why; name: of what is sought."""
     told = f"{doing}: {why}" if why else doing
-    return told.replace("{where}", where).replace("{a}", a(name) if name else "it")
+    return told.replace("{where}", where).replace("{a}", with_article(name) if name else "it")
 
 
 def gained(gains: Sequence[tuple[Gain, bool]], *, like: bool) -> str:
@@ -114,8 +114,8 @@ def approaching(name: str, sightings: int, where: str = "") -> str:
     there = f" {where}" if where else ""
     often = {1: "once", 2: "twice"}.get(sightings, f"{sightings} times")
     return (
-        f"walking up to what looks like {a(name)}{there}: the camera saw it {often} and the map "
-        "agrees"
+        f"walking up to what looks like {with_article(name)}{there}: the camera saw it {often} "
+        "and the map agrees"
     )
 
 
@@ -152,22 +152,22 @@ MOVED = "it was moved, or its position was wrong: "
 
 def asking(name: str) -> str:
     """That the search for an object, or the drive to a place, begins."""
-    return f"asking the map about {the(name)}"
+    return f"asking the map about {definite(name)}"
 
 
 def looking_around(name: str) -> str:
     """That the robot turns on the spot, before it sets out; name: what it looks for, or empty."""
-    return f"looking around for {a(name)}" if name else "looking around"
+    return f"looking around for {with_article(name)}" if name else "looking around"
 
 
 def looking_for(name: str) -> str:
     """That the robot explores, without a goal yet."""
-    return f"looking for {a(name)}"
+    return f"looking for {with_article(name)}"
 
 
 def confirming(name: str) -> str:
     """That the robot stands before what it takes for the object."""
-    return f"standing in front of it, making sure that it is {a(name)}"
+    return f"standing in front of it, making sure that it is {with_article(name)}"
 
 
 class Agreement(str, Enum):
@@ -183,12 +183,12 @@ def confirmed(
 ) -> str:
     """That the object was found, and which parts of its description hold, if there is one."""
     seen = f"seen in {sightings} images from near, {agreement.value}"
-    return f"{a(name)}, {'; '.join(checks)}; {seen}" if checks else seen
+    return f"{with_article(name)}, {'; '.join(checks)}; {seen}" if checks else seen
 
 
 def found_other(name: str, wrong: Sequence[str]) -> str:
     """That another object of the name was found: which parts of the description do not hold."""
-    return f"found {a(name)}, but {', '.join(wrong)}"
+    return f"found {with_article(name)}, but {', '.join(wrong)}"
 
 
 def not_navigable(xy: Xy) -> str:

@@ -134,11 +134,11 @@ def all_hold(conditions: Iterable[CheckedCondition]) -> Holds:
     return next((each for each in tuple(Holds)[1:] if each in found), Holds.YES)
 
 
-def told(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
+def evidence_for(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
     """What holds, in words."""
     return tuple(each.evidence for each in conditions if each.holds is Holds.YES)
 
 
-def wrong(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
+def evidence_missing(conditions: Iterable[CheckedCondition]) -> tuple[str, ...]:
     """What does not hold, or was not checked, in words."""
     return tuple(each.evidence for each in conditions if each.holds is not Holds.YES)

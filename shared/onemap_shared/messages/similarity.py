@@ -19,7 +19,7 @@ from onemap_shared.messages.details import (
     RelationKind,
     all_hold,
 )
-from onemap_shared.names import the
+from onemap_shared.names import definite
 
 
 class Verdict(checks.Word):
@@ -138,8 +138,8 @@ class Whereabouts(checks.Message):
     @property
     def in_words(self) -> str:
         """As people say it: "in the living room, next to the desk"; empty: nothing is known."""
-        parts = [f"in {the(self.room)}"] if self.room else []
-        parts += [f"{self.relation.words} {the(self.landmark)}"] if self.landmark else []
+        parts = [f"in {definite(self.room)}"] if self.room else []
+        parts += [f"{self.relation.words} {definite(self.landmark)}"] if self.landmark else []
         return ", ".join(parts)
 
     @property

@@ -38,7 +38,7 @@ def checked(
     found: Sequence[FoundObject] = (),
 ) -> Checked:
     conditions = check_find(thing, here, evidence or Evidence(), found)
-    return m.all_hold(conditions), m.told(conditions), m.wrong(conditions)
+    return m.all_hold(conditions), m.evidence_for(conditions), m.evidence_missing(conditions)
 
 
 def related(kind: m.RelationKind) -> m.Detail:

@@ -12,7 +12,14 @@ from onemap import replies
 from onemap_gateway.present.formats import finite
 from onemap_gateway.present.replies import age_s, reply_of
 from onemap_shared.grid import onto
-from onemap_shared.messages import Holds, SearchView, SimilarityReply, Verdict, Whereabouts, wrong
+from onemap_shared.messages import (
+    Holds,
+    SearchView,
+    SimilarityReply,
+    Verdict,
+    Whereabouts,
+    evidence_missing,
+)
 
 IMAGE_SUBJECT = "what the image shows"  # in sentences, where a text is quoted
 
@@ -87,7 +94,7 @@ def verdict_sentence(reply: SimilarityReply, subject: str) -> str:
         if judged.verdict is Verdict.FOUND:
             return f"{subject} {where}."
         if best.holds is not Holds.YES:
-            return f"{reply.text!r} {where}, but {'; '.join(wrong(best.conditions))}."
+            return f"{reply.text!r} {where}, but {'; '.join(evidence_missing(best.conditions))}."
     if judged.verdict is Verdict.NOT_HERE:
         return f"{subject} is not here: {percent} % of the reachable area was looked at."
     sentence = f"{subject} was not seen, but only {percent} % of the reachable area was looked at"

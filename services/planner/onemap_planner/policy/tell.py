@@ -49,10 +49,10 @@ from onemap_shared.messages import (
     ObjectFind,
     Occupancy,
     SearchState,
-    told,
-    wrong,
+    evidence_for,
+    evidence_missing,
 )
-from onemap_shared.names import the
+from onemap_shared.names import definite
 
 LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
 
@@ -165,9 +165,8 @@ def not_found(state: PlannerState, context: PlanningContext) -> Move:
     reason = _covered(state, context, coverage) + named
     zone = _zone_before((*agreed(state), *state.evidence.rejected), context)
     if zone:
-        seen = (
-            f"{the(state.search.target)} may have been seen, but {zone_in_the_way(zone)}; {reason}"
-        )
+        target, why = definite(state.search.target), zone_in_the_way(zone)
+        seen = f"{target} may have been seen, but {why}; {reason}"
         ending = Ending(SearchState.FAILED, seen, FailureCode.UNREACHABLE, coverage)
         return Move(event=ending)
     return Move(event=Ending(SearchState.NOT_FOUND, reason, coverage=coverage))
@@ -178,7 +177,7 @@ def _pass_by_all(state: PlannerState, context: PlanningContext) -> None:
     told = [each.position_m for each in state.search.passed]
     for candidate in state.evidence.supported:
         conditions = check_find(candidate, context, state.evidence, state.found_objects)
-        why = "; ".join(wrong(conditions))
+        why = "; ".join(evidence_missing(conditions))
         if why and all(dist(candidate.xyz[:2], xy) > MERGE_M for xy in told):
             state.pass_by(candidate, why)
 
@@ -199,7 +198,7 @@ def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) 
     explored, detail, place = map_view.explored, state.search.detail, context.place
     text = "searched everything reachable"
     if place is not None and (place & context.reachable).any():
-        text += f" in {' and '.join(map(the, detail.inside))}"
+        text += f" in {' and '.join(map(definite, detail.inside))}"
         explored = explored & place
     area_m2 = float(explored.sum()) * map_view.cell_area_m2
     if context.costmap.keep_out is not None:
@@ -279,9 +278,9 @@ def other_object(
     """The end of a search that found another object of the name, or one not known to be it."""
     return Ending(
         SearchState.FOUND_OTHER,
-        found_other(state.search.target, wrong(conditions)),
+        found_other(state.search.target, evidence_missing(conditions)),
         candidate=candidate,
-        checks=told(conditions),
+        checks=evidence_for(conditions),
         excluded=is_excluded(conditions, state.search.detail),
     )
 

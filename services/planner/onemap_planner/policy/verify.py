@@ -26,7 +26,7 @@ from onemap_planner.world.candidates import (
     VIEWS_PER_VIEWPOINT,
     ObjectCandidate,
 )
-from onemap_shared.messages import NO_DETAIL, Holds, all_hold, told, wrong
+from onemap_shared.messages import NO_DETAIL, Holds, all_hold, evidence_for, evidence_missing
 
 # Agreeing detections while standing before it: a third of the frames. What the detector takes for
 # the object from afar flickers when seen from near.
@@ -82,11 +82,11 @@ def _checked(state: PlannerState, candidate: ObjectCandidate, context: PlanningC
     conditions = check_find(candidate, context, evidence, state.found_objects)
     holds = all_hold(conditions)
     if holds is Holds.YES:
-        return sm.Confirmed(candidate, told(conditions))
+        return sm.Confirmed(candidate, evidence_for(conditions))
     if evidence.takes_any or holds is Holds.NOT_KNOWN:
         return other_object(state, candidate, conditions)
     evidence.other_finds = (*evidence.other_finds, candidate)
-    why = "; ".join(wrong(conditions))
+    why = "; ".join(evidence_missing(conditions))
     if candidate.supported:
         evidence.mismatched = (*evidence.mismatched, candidate)
         evidence.candidates = tuple(c for c in evidence.candidates if c is not candidate)
@@ -110,7 +110,8 @@ def sort_out(state: PlannerState, context: PlanningContext) -> None:
         conditions = check_find(candidate, context, evidence, state.found_objects)
         holds = all_hold(conditions)
         if candidate.sightings >= MIN_SIGHTINGS:
-            state.pass_by(candidate, "; ".join(wrong(conditions)) if holds is Holds.NO else "")
+            why = "; ".join(evidence_missing(conditions)) if holds is Holds.NO else ""
+            state.pass_by(candidate, why)
         tried = any(not other.cells.isdisjoint(candidate.cells) for other in evidence.other_finds)
         sorted_out[Holds.NO if holds is Holds.NOT_CHECKED and tried else holds].append(candidate)
     evidence.candidates = tuple(sorted_out[Holds.YES])
