@@ -29,9 +29,7 @@ WARM_UP = 5  # frames that are fused but not counted: first allocations
 def run(options: FusionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
     """Fuse frames of a robot that walks in a circle; times in milliseconds."""
     torch.set_num_threads(options.threads)
-    params = MapParams(
-        device=options.device, compiled=options.compiled, blur_half_width_cells=options.blur
-    )
+    params = MapParams(device=options.device)
     device = params.torch_device
     belief, times = _fuse(options, params)
     observe_ms, absorb_ms, cpu_ms = (column[WARM_UP:] for column in times.T)
@@ -41,8 +39,7 @@ def run(options: FusionBench, _tell: Callable[[str], None]) -> dict[str, Any]:
         "frames": options.frames,
         "image": f"{SIZE[1]}x{SIZE[0]}",
         "features": "x".join(str(n) for n in PATCHES),
-        "blur_cells": 2 * options.blur + 1,
-        "compiled": params.compiled and device.type == "cpu",
+        "blur_cells": 2 * params.blur_half_width_cells + 1,
         **spread_ms(observe_ms + absorb_ms),
         **spread_ms(cpu_ms, "cpu_"),
         **spread_ms(observe_ms, "observe_"),

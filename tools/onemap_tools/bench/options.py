@@ -19,7 +19,6 @@ Device = Annotated[str, Option(help="cpu, cuda or cuda:N, as mapper.device.")]
 Threads = Annotated[int, Option(min=1, help="CPU threads of torch.")]
 Frames = Annotated[int, Option(min=1, help="Frames to measure.")]
 Seed = Annotated[int, Option(min=0, help="Of the features.")]
-Style = Annotated[Literal["training", "held out"], Option(help="Of the apartments.")]
 Limit = Annotated[float, Option(min=1, help="Simulated seconds per object.")]
 
 MethodName = Literal[
@@ -64,8 +63,6 @@ class FusionBench(Options):
     frames: Frames = 50
     device: Device = "cpu"
     threads: Threads = 1
-    blur: Annotated[int, Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3
-    compiled: Annotated[bool, Option(help="Fuse by loops on the CPU; else by torch.")] = True
     seed: Seed = 0
 
 
@@ -121,7 +118,6 @@ class NavigationBench(Options):
     episodes: Annotated[int, Option(min=1, help="Apartments, one episode in each.")] = 10
     seed: Annotated[int, Option(min=0, help="Of the first apartment.")] = 1
     apartments: Annotated[Parity, Option(help="Settings are chosen on even seeds.")] = "all"
-    style: Style = "training"
     goals: Annotated[
         GoalsName,
         Option(
@@ -180,7 +176,6 @@ class FaultsBench(Options):
     seeds: Annotated[int, Option(min=1, help="How many.")] = 10
     seed: Annotated[int, Option(min=0, help="The first.")] = 1
     workers: Annotated[int, Option(min=1, help="Seeds at once, a core each.")] = 1
-    shrink: Annotated[bool, Option(help="Make plans that fail smaller.")] = True
 
 
 @dataclass(frozen=True, kw_only=True)

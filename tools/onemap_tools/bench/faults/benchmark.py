@@ -21,7 +21,7 @@ def run(options: FaultsBench, say: Callable[[str], object]) -> dict[str, Any]:
     began_s = time.monotonic()
     seeds = range(options.seed, options.seed + options.seeds)
     with worker_pool(options.workers) as pool:
-        judged = pool.map(partial(_judged, shrink=options.shrink), seeds)
+        judged = pool.map(_judged, seeds)
         results: list[dict[str, Any]] = []
         for result in judged:
             results.append(result)
@@ -47,11 +47,11 @@ def lines(result: dict[str, Any]) -> list[str]:
     return [f"{name:12} {value}" for name, value in result.items() if name != "broken"]
 
 
-def _judged(seed: int, *, shrink: bool) -> dict[str, Any]:
+def _judged(seed: int) -> dict[str, Any]:
     logging.disable(logging.CRITICAL)  # services say a lot while they are broken
     plan = drawn(seed)
     found = run_plan(plan)
-    if found.broken and shrink:
+    if found.broken:
         rule = found.broken[0].rule
         plan = shrunk(plan, partial(_breaks, rule))
     return {"seed": seed, "plan": asdict(plan), **_figures(found)}

@@ -88,7 +88,7 @@ def _latencies(options: NavigationBench) -> Latencies:
 def _config(options: NavigationBench, seed: int) -> SystemConfig:
     """The configuration in an apartment, with the errors."""
     errors = {} if options.errors == "none" else {"errors": options.errors}
-    return SystemConfig.read(options.config, seed=seed, style=options.style, **errors)
+    return SystemConfig.read(options.config, seed=seed, **errors)
 
 
 def run(options: NavigationBench, tell: Callable[[str], None]) -> dict[str, Any]:
