@@ -62,19 +62,11 @@ def described(options: NavigationBench) -> dict[str, Any]:
     """The options as a JSON object, with the settings of the services."""
     document = asdict(options)
     # What says nothing of the task, or is told by its content:
-    for name in ("as_json", "workers", "out", "beside", "config", "latency", "planning"):
+    for name in ("as_json", "workers", "out", "beside", "config", "planning"):
         del document[name]
-    if options.goals == "names":
-        del document["goals"]
-    if zones := document.pop("zones"):
-        document["zones_per_episode"] = zones
-    for name in ("link", "delay", "jitter"):
-        if not document[name]:
-            del document[name]
-    if (times := _latencies(options)) != NO_LATENCIES:
-        document["latency"] = times.model_dump(mode="json")
-    if wells := document.pop("stairwells"):
-        document["stairwells_per_episode"] = wells
+    for name in ("zones", "stairwells"):  # beside how many there were in all
+        document[f"{name}_per_episode"] = document.pop(name)
+    document["latency"] = _latencies(options).model_dump(mode="json")
     config = _config(options, options.seed).document()
     encoder = config["perception"]["encoder"]
     encoder["folder"] = Path(encoder["folder"]).name  # that of another checkout is the same
