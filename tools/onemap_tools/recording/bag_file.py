@@ -59,11 +59,10 @@ class BagError(CliError):
 
 @dataclass(frozen=True, slots=True)
 class BagMessage:
-    """One recorded message. ``stamp_ns``: its own time, or when it was recorded without one."""
+    """One recorded message, and when it was recorded."""
 
     topic: str
     sequence: int
-    stamp_ns: int
     log_time_ns: int
     data: bytes
 
@@ -195,7 +194,6 @@ class BagReader:
                     yield BagMessage(
                         channels[record.channel_id],
                         record.sequence,
-                        record.publish_time,
                         record.log_time,
                         record.data,
                     )
