@@ -1,9 +1,10 @@
 """Whether a thing is as it was described: one check for the query and for the search.
 
 A relation holds if the probability of the anchor times the kernel of the joint belief is half or
-more for a cell of the thing. It is left to check where a cell may be the anchor, or where the
-relation does not hold and floor around the thing was not seen yet; on and under hold where both
-heights are known. Whether a thing is outside of a place that the map does not show is not known.
+more for a cell of the thing. It is left to check where a cell may be the anchor, where the map
+alone shows the anchor of "next to", a little beyond its reach, or where the relation does not hold
+and floor around the thing was not seen yet; on and under hold where both heights are known. Whether
+a thing is outside of a place that the map does not show is not known.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ SLACK_M = 0.1  # of heights: a cushion lies hardly higher than the middle of its
 NOT_SHOWN = "the map does not show where that is"
 NOT_SETTLED = "its walls are not all seen yet"
 ACROSS_M = 1.0  # half of the widest passage that parts two rooms, and a wall
+ROUNDING_M = 0.05  # half a cell
 UNSEEN_M2 = 0.3  # of floor around an object that may hide its anchor: a chair's
 
 
@@ -150,9 +152,11 @@ def _none_of(negatives: Sequence[str]) -> str:
 @dataclass(frozen=True, slots=True)
 class _Anchor:
     """What is an anchor, or may be one, by the probability of each of its cells; with the metres
-    from each to the thing that is checked, and how far the relation holds there, all (K,)."""
+    from each to the thing that is checked, and how far the relation holds there, all (K,).
+    seen: it was detected or found; else the map alone shows it."""
 
     thing: Thing
+    seen: bool
     probability: F64
     away_m: F64
     holds: F64
@@ -172,6 +176,10 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
     away_m = max(each[2] for each in found)
     if believed >= LIKELY and kind in (RelationKind.ON, RelationKind.UNDER):
         return _at_height(relation, thing, anchors[0], around)
+    if believed >= LIKELY and _in_doubt(kind, away_m, anchors):
+        nearest = f"{' or '.join(map(definite, relation.anchors))} is {away_m:.1f} m away"
+        why = f"{nearest} on the map, which blurs by {FADE_M:g} m"
+        return CheckedCondition(what, Holds.NOT_CHECKED, f"perhaps not {what}: {why}")
     if believed >= LIKELY:
         words = f"{away_m:.1f} m from" if kind is RelationKind.NEXT_TO else kind.words
         return CheckedCondition(
@@ -188,6 +196,14 @@ def _relation(relation: Relation, thing: Thing, around: Surroundings) -> Checked
     return CheckedCondition(what, Holds.NO, f"not {what}{nearest}")
 
 
+def _in_doubt(kind: RelationKind, away_m: float, anchors: Sequence[Sequence[_Anchor]]) -> bool:
+    """Whether an anchor is beyond the reach by no more than the map blurs, and nothing but the map
+    shows one so near."""
+    seen = (each for known in anchors for each in known if each.seen)
+    near = any(float(each.believed.max()) >= LIKELY for each in seen)
+    return kind is RelationKind.NEXT_TO and away_m > REACH_M[kind] + ROUNDING_M and not near
+
+
 def _anchors(
     name: str, kind: RelationKind, thing: Thing, around: Surroundings
 ) -> tuple[_Anchor, ...]:
@@ -196,14 +212,14 @@ def _anchors(
     similarity = np.nan_to_num(around.anchors[name], nan=0.0).astype(np.float64)
     blobs, count = ndimage.label(similarity >= MAYBE, np.ones((3, 3)))
     shown = [np.argwhere(blobs == index) for index in range(1, count + 1)]
-    anchors = [(Thing(each), similarity[tuple(each.T)]) for each in shown]
-    anchors += [(each, np.ones(len(each.cells))) for each in around.things.get(name, ())]
+    anchors = [(Thing(each), False, similarity[tuple(each.T)]) for each in shown]
+    anchors += [(each, True, np.ones(len(each.cells))) for each in around.things.get(name, ())]
     tree = cKDTree(thing.cells)
     found = []
-    for each, probability in anchors:
+    for each, seen, probability in anchors:
         if len(each.cells) and not _walled_off(thing.cells, each.cells, around):
             away_m = tree.query(each.cells)[0] * around.grid.cell_size_m
-            found.append(_Anchor(each, probability, away_m, kernel(kind, away_m)))
+            found.append(_Anchor(each, seen, probability, away_m, kernel(kind, away_m)))
     return tuple(found)
 
 
