@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import sys
 import threading
 
 from onemap_ros2.cdr import decode
@@ -31,7 +32,8 @@ class FakeNav2:
         robot.serve(f"{base}/send_goal", f"{ACTION}_SendGoal", self._goal)
 
     def _say(self, *what: object) -> None:
-        print(json.dumps(["nav2", *what]), flush=True)
+        sys.stdout.write(json.dumps(["nav2", *what]) + "\n")  # whole: other threads write too
+        sys.stdout.flush()
 
     def _publish_status(self) -> None:
         entries = b"".join(

@@ -241,7 +241,8 @@ def print_commands(robot: FakeRobot | FakeBridge) -> None:
     def on_command(data: bytes) -> None:
         message = decode(data, COMMAND)
         linear, angular = message.twist.linear.x, message.twist.angular.z
-        print(json.dumps([next(count), linear, angular]), flush=True)
+        sys.stdout.write(json.dumps([next(count), linear, angular]) + "\n")  # as in fake_nav2
+        sys.stdout.flush()
 
     robot.subscribe("/cmd_vel", COMMAND, on_command)
 
