@@ -25,7 +25,7 @@ from onemap_ros2.network.interface import Endpoint
 from onemap_ros2.service import STANDS_MPS
 from onemap_shared.geometry import wrap_angle
 from onemap_shared.messages import SearchState, VelocityCommand
-from tests.planner.grid_world import in_two_rooms, start
+from tests.planner.grid_world import in_four_rooms, in_two_rooms, start
 from tests.ros2.fake_network import FakeCall, FakeNetwork
 from tests.ros2.nav2_search import Nav2Search
 from tests.ros2.planner_messages import path_to, status
@@ -559,25 +559,31 @@ def test_nav2_stops_when_the_planner_calls_its_inputs_stale_and_then_drives_on()
     assert EXECUTING in ride.nav2.states.values()
 
 
-def test_a_search_with_nav2_at_its_stock_tolerances_loses_no_time() -> None:
-    """Planner, adapter and nav2 in simulated time, against the planner's own velocities."""
-    objects = ("bed", "table")
-    own = start(in_two_rooms(), *objects)
-    own.until_over(400.0)
-    ride = Nav2Search(in_two_rooms(), start(in_two_rooms(), *objects).search)
-    ride.config = ride.config.model_copy(update={"recovery": RecoveryParams(stuck_s=20)})
-    search = ride.until_over(400.0)
-    assert [r.outcome for r in search.results] == [SearchState.FOUND] * 2, ride.reasons
-    for result in search.results:
-        cells = np.argwhere(ride.world.floor_plan.things[result.name])
-        away = ride.world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
-        assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
-    assert set(ride.problems) == {""}
-    metrics = ride.driver.metrics()
-    assert metrics["goals_aborted"] == metrics["goals_refused"] == 0
-    reached = [goal for goal, state in ride.nav2.states.items() if state == SUCCEEDED]
-    assert len(reached) <= 5 * len(objects)
-    assert ride.nav2.repeated == 0
+@pytest.mark.slow
+def test_searches_with_nav2_at_its_stock_tolerances_lose_no_time() -> None:
+    """Planner, adapter and nav2 in simulated time, against the planner's own velocities.
+
+    In both orders: which room is looked into first is chance.
+    """
+    own_s = nav2_s = 0.0
+    for objects in (("sofa", "vase"), ("vase", "sofa")):
+        own = start(in_four_rooms(), *objects)
+        own.until_over(400.0)
+        ride = Nav2Search(in_four_rooms(), start(in_four_rooms(), *objects).search)
+        ride.config = ride.config.model_copy(update={"recovery": RecoveryParams(stuck_s=20)})
+        search = ride.until_over(400.0)
+        assert [r.outcome for r in search.results] == [SearchState.FOUND] * 2, ride.reasons
+        for result in search.results:
+            cells = np.argwhere(ride.world.floor_plan.things[result.name])
+            away = ride.world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
+            assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
+        assert set(ride.problems) == {""}
+        metrics = ride.driver.metrics()
+        assert metrics["goals_aborted"] == metrics["goals_refused"] == 0
+        reached = [goal for goal, state in ride.nav2.states.items() if state == SUCCEEDED]
+        assert len(reached) <= 5 * len(objects)
+        assert ride.nav2.repeated == 0
+        own_s, nav2_s = own_s + own.now_s, nav2_s + ride.now_s
     # nav2 drives at 0.5 m/s, the planner at 0.7. With goals that were sent again it took twice as
     # long.
-    assert ride.now_s < 1.6 * own.now_s
+    assert nav2_s < 1.6 * own_s
