@@ -184,7 +184,7 @@ def test_it_stops_when_a_stream_falls_silent_and_says_so(
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
     streams = {missing: False}
-    services.until(lambda: "waiting for" in services.get().reason, **streams)
+    services.until(lambda: ": none for " in services.get().reason, **streams)
     services.sent_commands()
     services.frame(**streams)
     services.frame(**streams)
