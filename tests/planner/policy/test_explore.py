@@ -27,7 +27,6 @@ from onemap_planner.sentences import DOUBTED, OBSTACLE, ONWARD
 from onemap_planner.world.candidates import ObjectCandidate, ViewpointTally
 from onemap_planner.world.costmap import BesideMap
 from onemap_planner.world.description import Description
-from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.messages import (
     NO_ROOM,
     Detail,
@@ -201,23 +200,6 @@ def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, aga
 def facing(goal: Goal) -> float:
     (x, y), (look_x, look_y) = goal.viewpoint_xy, goal.look_xy
     return math.atan2(look_y - y, look_x - x)
-
-
-@pytest.mark.parametrize(("views", "kind"), [(0, GoalKind.REGION), (4, GoalKind.FRONTIER)])
-def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
-    views: int, kind: GoalKind
-) -> None:
-    cell = HALF_KNOWN.cell_at((1.85, 0.25))[None]
-    similarity = np.full(HALF_KNOWN.map_view.similarity.shape, 0.1, np.float32)
-    similarity[tuple(cell.T)] = (
-        0.9  # searched: features from afar are good before a detector sees it
-    )
-    here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
-    seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
-    state = replace(PlannerState(SEARCH), evidence=Evidence(undetected=seen))
-    state, *_ = explored(state, here)
-    assert state.active_goal is not None
-    assert state.active_goal.goal.kind is kind
 
 
 def chosen(state: PlannerState) -> Goal:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.world.map_view import MAX_OUTSIDE_M, map_view_around, outside_reason
-from onemap_planner.world.regions import UndetectedViews, discounted, find_regions
+from onemap_planner.world.regions import find_regions
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.planner.drawn_maps import drawn_map, search_view_of
@@ -56,7 +56,7 @@ def test_without_calibration_the_place_in_the_ranking_is_the_similarity(
     assert (np.sort(known)[:90] == 0).all()
     assert known.max() == pytest.approx(1.0)
     assert 8 <= (known > 0).sum() <= 11
-    assert len(find_regions(discounted(ranked, UndetectedViews()))) == regions
+    assert len(find_regions(replace(ranked, similarity=ranked.promise))) == regions
     assert len(find_regions(ranked)) == 1
 
 

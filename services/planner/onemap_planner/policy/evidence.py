@@ -24,9 +24,7 @@ from onemap_planner.world.candidates import (
     sightings_of,
     with_view,
 )
-from onemap_planner.world.map_view import MapView, WorldCells, components
-from onemap_planner.world.regions import UndetectedViews
-from onemap_shared.geometry import I64, wrap_angle
+from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import Detections
 
 AHEAD_RAD = 0.5  # of the robot's heading: well inside the image of a camera of 70 degrees or more
@@ -113,48 +111,6 @@ def map_rank(candidate: ObjectCandidate, context: PlanningContext) -> float:
     return float(np.median(ranks[known]))
 
 
-LEAST_RAD = 0.12  # width of a thing in view, 7 degrees: twice what detectors need
-BLUR_M = 0.2  # by which the map shows a thing wider than it is, a cell on each side
-SPACING_M = 0.2  # views from nearer to each other show the same again,
-SPACING_RAD = 0.35  # unless the camera has turned by 20 degrees
-
-
-def with_frame(
-    views: UndetectedViews, context: PlanningContext, detected: Iterable[WorldCells]
-) -> UndetectedViews:
-    """The views with one more frame, in which the object was detected on these cells."""
-    pose = (*context.pose.xy, context.pose.yaw_rad)
-    if views.seen_from is not None and not _is_elsewhere(pose, views.seen_from):
-        return views
-    counts = dict(views.counts)
-    found: WorldCells = frozenset().union(*detected)
-    similar = np.nan_to_num(context.map_view.similarity, nan=0.0) >= context.consensus.floor
-    for cells in components(similar):
-        world = context.map_view.world_cells(cells)
-        if found.isdisjoint(world) and _is_in_view(cells, context):
-            counts.update({cell: counts.get(cell, 0) + 1 for cell in world})
-    return UndetectedViews(counts, pose) if counts != views.counts else views
-
-
-def _is_elsewhere(pose: tuple[float, float, float], before: tuple[float, float, float]) -> bool:
-    moved_m = float(np.hypot(pose[0] - before[0], pose[1] - before[1]))
-    return moved_m >= SPACING_M or abs(wrap_angle(pose[2] - before[2])) >= SPACING_RAD
-
-
-def _is_in_view(cells: I64, context: PlanningContext) -> bool:
-    """Whether a detector would find what is on the cells (K, 2): ahead, large enough, in sight."""
-    costmap, pose = context.costmap, context.pose
-    size_m = costmap.grid.cell_size_m
-    middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    there = context.xy_of(middle)
-    width_m = max(np.sqrt(len(cells)) * size_m - BLUR_M, size_m)
-    too_small = pose.distance_to(there) * LEAST_RAD > width_m
-    if too_small or abs(pose.bearing_to(there)) > AHEAD_RAD:
-        return False
-    clear = ~costmap.occupied | own_cells(cells, costmap.grid.shape)
-    return line_is_clear(clear, context.cell_at(pose.xy), middle)
-
-
 def update_evidence(
     state: PlannerState,
     frames: Iterable[Detections],
@@ -191,8 +147,6 @@ def _take_in(state: PlannerState, detections: Detections, context: PlanningConte
         names=(target, *evidence.anchors),
         map_view=context.map_view,
     )
-    detected = [sighting.cells for sighting in seen]
-    evidence.undetected = with_frame(evidence.undetected, context, detected)
     if detections.independent:
         evidence.unsupported = _unsupported(state, seen, context)
 

@@ -76,7 +76,7 @@ def _move_of_phase(  # noqa: PLR0911
 def explore(state: PlannerState, context: PlanningContext) -> Move:
     """Drive to the best goal; without one, look around, try once more, or end."""
     state.give_up_finished()
-    areas = search_areas(state, context)
+    areas = search_areas(context)
     options = offer(state, context, areas)
     goal = choose(options, state.active_goal.goal if state.active_goal else None)
     if goal is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from heapq import nlargest
 
 import numpy as np
@@ -28,7 +29,7 @@ from onemap_planner.sentences import ONWARD, onward
 from onemap_planner.world.candidates import MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.frontiers import MIN_LENGTH_M, find_frontiers
 from onemap_planner.world.map_view import components
-from onemap_planner.world.regions import SimilarRegion, discounted, find_regions
+from onemap_planner.world.regions import SimilarRegion, find_regions
 from onemap_shared.conditions import is_outline_open
 from onemap_shared.messages import Holds, all_hold
 
@@ -36,12 +37,12 @@ CUT_OFF_M2 = 0.3  # of floor that no path leads to that are worth a look at the 
 MAX_UNREACHED = 2  # candidates to which ways are planned, the most similar ones
 
 
-def search_areas(state: PlannerState, context: PlanningContext) -> SearchAreas:
+def search_areas(context: PlanningContext) -> SearchAreas:
     """The frontiers and regions of the map, by what is believed of the object."""
-    seen = discounted(context.map_view, state.evidence.undetected)
+    promising = replace(context.map_view, similarity=context.map_view.promise)
     return SearchAreas(
-        find_frontiers(context.believed(seen, drawn=True), context.costmap),
-        find_regions(context.believed(seen)),
+        find_frontiers(context.believed(promising, drawn=True), context.costmap),
+        find_regions(context.believed(promising)),
     )
 
 

@@ -21,7 +21,6 @@ from onemap_planner.sentences import Landmarks
 from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.candidates import MERGE_M, MIN_SIGHTINGS, ObjectCandidate
 from onemap_planner.world.map_view import WorldCells
-from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.geometry import F64
 from onemap_shared.trail import extended
 
@@ -101,7 +100,7 @@ class Evidence:
     whether they are as described, and mismatched ones, which are not. other_finds: those that were
     confirmed, but are not as described; takes_any: whether the search takes any object of the
     name, to say that it is another one. anchors: candidates of the other things that its
-    description names, by name. undetected: similar cells in view, without a detection.
+    description names, by name.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -112,7 +111,6 @@ class Evidence:
     other_finds: tuple[ObjectCandidate, ...] = ()
     takes_any: bool = False
     anchors: dict[str, tuple[ObjectCandidate, ...]] = field(default_factory=dict)
-    undetected: UndetectedViews = field(default_factory=UndetectedViews)
 
     def copy(self) -> Evidence:
         """Evidence that changes apart from this one."""
@@ -325,6 +323,5 @@ class PlannerState:
         self.evidence = replace(
             self.evidence, candidates=(), unsupported=against_map, rejected=(), takes_any=False
         )
-        self.evidence.undetected = UndetectedViews()
         self.ledger = Ledger()
         self.active_goal, self.idle_since_s, self.reconsidered = None, None, True
