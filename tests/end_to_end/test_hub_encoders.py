@@ -44,13 +44,13 @@ def test_a_robot_maps_and_searches_with_them(tmp_path: Path) -> None:
     perception = components_of(config.perception)
     robot = simulated(generate_apartment(2), config.simulator)
     with closing(WatchedSearch(Equipment(config, robot, perception, tmp_path), 2)) as search:
-        search.run(SearchRequest(("tv", "lamp")), 14.0)
+        search.run(SearchRequest(("tv", "lamp")), 24.0)
         found = search.ask(keys.MAP_SIMILARITY, SimilarityRequest("lamp"))
         view = search.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest("lamp"))
     scores = view.similarity[~np.isnan(view.similarity)]
     assert found.encoder_id == perception.encoder.encoder_id
     assert view.sequence >= 5
     assert 0 <= scores.min() < scores.max() <= 1
-    assert search.driven_m(14.0) > 0.5
+    assert search.driven_m(24.0) > 0.5
     assert isinstance(search.robot, SimulatorWorker)
     assert search.robot.parts.simulation.counts.collisions == 0
