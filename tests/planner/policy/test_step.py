@@ -189,6 +189,19 @@ def test_only_another_lamp_is_an_outcome_of_its_own() -> None:
     assert passed.position_m == pytest.approx(result.position_m[:2], abs=0.3)
 
 
+def test_a_search_whose_time_is_over_tells_what_it_left_aside() -> None:
+    plan = one_room()
+    plan.put("lamp", *WRONG, 0.3)
+    run = start(in_plan(plan), "lamp", detail=BESIDE)
+    while not run.state.search.passed and run.now_s < 60.0:
+        run.step()
+    explore = run.config.explore.model_copy(update={"object_limit_s": 1.0})
+    run.config = run.config.model_copy(update={"explore": explore})
+    (result,) = run.until_over(60.0).results
+    assert result.reason.startswith("not found within 1 s, the limit for one object; left aside: ")
+    assert "(not next to a bed" in result.reason
+
+
 def test_a_height_that_nothing_tells_ends_as_another_lamp() -> None:
     """The detector never sees the bed that the lamp lies on."""
     plan = one_room()

@@ -12,7 +12,7 @@ from onemap_planner.policy.outcome import Observation
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.take_in import TakenIn
 from onemap_planner.search import state_machine as sm
-from onemap_planner.sentences import STUCK_ON_WAY, not_navigable, seen_out_of_reach
+from onemap_planner.sentences import STUCK_ON_WAY, left_aside, not_navigable, seen_out_of_reach
 from onemap_shared.messages import FailureCode, SearchState
 
 # With stale or missing inputs before the search fails: a restarted stage is back in half of it.
@@ -125,5 +125,6 @@ def limit_reached(
         reason = f"{missed} within {limit_s:.0f} s, the limit for one object"
         if isinstance(search.phase, sm.Exploring) and (seen := agreed(state)):
             reason += seen_out_of_reach(seen[0].xyz[:2], seen[0].sightings)
+        reason += left_aside([(each.position_m, each.reason) for each in search.passed])
         return sm.Ending(SearchState.FAILED, reason, FailureCode.TIME_LIMIT)
     return None
